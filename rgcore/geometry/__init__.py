@@ -1,0 +1,1 @@
+"""The plane: poses, moments, segments, polygons, rasters. Knows nothing of robots."""

@@ -1,0 +1,1 @@
+"""Where are the walls? Line distance, merging with moments, accuracy."""

@@ -1,0 +1,1 @@
+"""What is the map and who changed what? Records, edits, history, projects."""

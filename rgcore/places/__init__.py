@@ -1,0 +1,1 @@
+"""What places are there and how do they join? Free space, gateways, regions, classes, objects."""

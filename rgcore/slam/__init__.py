@@ -1,0 +1,1 @@
+"""Where was the robot? Local registration and global correlation (LRGC)."""

@@ -1,0 +1,1 @@
+"""rgviz: the app. Command line, server, editor."""
