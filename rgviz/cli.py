@@ -1,0 +1,220 @@
+"""The command line. Imports are made inside the commands so that ``rgviz --help`` answers at once."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rgcore import __version__
+from rgcore.errors import RgError
+
+if TYPE_CHECKING:
+    from rgcore.config import Config
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; the exit code: 0 done, 1 a one-line error, 2 wrong usage, 130 stopped by Ctrl+C."""
+    args = _parser().parse_args(argv)
+    try:
+        args.command(args)
+        return 0
+    except KeyboardInterrupt:
+        print("stopped", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+    except (RgError, OSError) as e:
+        if args.debug:
+            raise
+        print(f"rgviz: {_one_line(e)}", file=sys.stderr)
+        return 1
+
+
+def _one_line(e: Exception) -> str:
+    if isinstance(e, OSError) and e.filename is not None:
+        return f"{e.filename}: {e.strerror}"
+    return " ".join(str(e).split())
+
+
+def _parser() -> argparse.ArgumentParser:
+    common = argparse.ArgumentParser(add_help=False)
+    common.add_argument("--debug", action="store_true", help="show the traceback of an error")
+
+    settings = argparse.ArgumentParser(add_help=False)
+    settings.add_argument("--set", action="append", default=[], metavar="STAGE.NAME=VALUE", help="one setting; see `rgviz config`")
+    settings.add_argument("--config", type=Path, metavar="FILE.toml", help="settings from a file")
+
+    serving = argparse.ArgumentParser(add_help=False)
+    serving.add_argument("--host", default="127.0.0.1", help="address to serve on (default: this machine only)")
+    serving.add_argument("--port", type=int, default=8080, help="port to serve on; the next free one is taken (default: 8080)")
+    serving.add_argument("--no-browser", action="store_true", help="print the link instead of opening a browser")
+
+    p = argparse.ArgumentParser(
+        prog="rgviz", description="RG mapping: from a robot's laser log to a compact, structured, named and correctable map."
+    )
+    p.add_argument("--version", action="version", version=f"rgviz {__version__}")
+    sub = p.add_subparsers(metavar="COMMAND", required=True)
+
+    def command(name: str, run: Any, text: str, *parents: argparse.ArgumentParser) -> argparse.ArgumentParser:
+        c = sub.add_parser(name, help=text, description=text[0].upper() + text[1:] + ".", parents=[common, *parents])
+        c.set_defaults(command=run)
+        return c
+
+    c = command("demo", _demo, "map the log that ships with rgviz and open it in the browser", serving)
+    c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="where the demo's project is kept")
+    c = command("run", _run, "map a log; on an existing project: a new run that keeps the edits", settings)
+    c.add_argument("log", type=Path, metavar="LOG")
+    c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")
+    c = command("view", _view, "open a project, or map a log first, in the browser", settings, serving)
+    c.add_argument("path", type=Path, metavar="PROJECT.rg|LOG")
+    c = command("edit", _edit, "apply edits without the browser")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("edits", type=Path, metavar="EDITS.jsonl", help="one edit a line; - for standard input")
+    c = command("export", _export, "write the corrected map; the format goes by the ending")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("out", type=Path, metavar="OUT.EXT")
+    c.add_argument("--wall-height", type=float, default=2.5, metavar="M", help="height of walls in .glb (default: 2.5)")
+    c = command("measure", _measure, "counts, reduction factor, accuracy by region and for the map")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("--json", action="store_true", help="as JSON")
+    c = command("simulate", _simulate, "drive a simulated robot through a floor plan")
+    c.add_argument("plan", type=Path, metavar="PLAN", help="floor plan: JSON, or an image with --resolution")
+    c.add_argument("-o", "--log", type=Path, required=True, metavar="LOG", help="CARMEN log to write; the truth goes beside it")
+    c.add_argument("--resolution", type=float, metavar="M", help="size of a pixel of a floor-plan image")
+    c.add_argument("--seed", type=int, default=0, help="of noise and odometry drift (default: 0)")
+    command("config", _config, "every setting with default, unit and reason, as TOML", settings)
+    command("compile", _compile, "compile the numeric kernels ahead of the first run")
+    return p
+
+
+def _load_config(args: argparse.Namespace) -> Config:
+    from rgcore.config import load
+
+    return load(args.config, args.set)
+
+
+def _demo(args: argparse.Namespace) -> None:
+    import platformdirs
+
+    from rgviz import app
+    from rgviz.demo import LOG
+
+    project = args.project or Path(platformdirs.user_data_dir("rgviz", appauthor=False)) / "demo.rg"
+    project.parent.mkdir(parents=True, exist_ok=True)
+    app.view(LOG, host=args.host, port=args.port, open_browser=not args.no_browser, project_path=project)
+
+
+def _view(args: argparse.Namespace) -> None:
+    from rgviz import app
+
+    app.view(args.path, host=args.host, port=args.port, open_browser=not args.no_browser, config=_load_config(args))
+
+
+def _run(args: argparse.Namespace) -> None:
+    config = _load_config(args)
+    from rgcore import pipeline
+    from rgcore.cache import Cache
+    from rgcore.model.project import Project
+    from rgcore.scans.read import read_log
+    from rgviz.progress import progress_bar
+
+    log = read_log(args.log)
+    for note in log.notes.splitlines():
+        print(f"{args.log}: {note}", file=sys.stderr)
+    path = args.project or Path(args.log.name.split(".")[0] + ".rg")
+    with progress_bar() as watch:
+        result = pipeline.run(log, config, Cache(path / "cache") if path.exists() else Cache(None), watch)
+    if path.exists():
+        with Project.open(path) as project:
+            project.add_run(result)
+            _report_conflicts(project)
+            _summary(project)
+    else:
+        with Project.create(path, result) as project:
+            _summary(project)
+
+
+def _report_conflicts(project: Any) -> None:
+    for conflict in project.conflicts:
+        print(f"edit not carried over: {conflict}", file=sys.stderr)
+
+
+def _summary(project: Any) -> None:
+    m, s = project.map, project.map.stats
+    factor = s.segments / max(len(m.lines), 1)
+    print(
+        f"{project.path}: {s.scans} scans, {s.points} points, {s.segments} segments -> {len(m.lines)} lines"
+        f" (factor {factor:.1f}), {len(m.regions)} regions, {len(m.gateways)} gateways, {len(m.objects)} objects"
+    )
+
+
+def _edit(args: argparse.Namespace) -> None:
+    from rgcore.errors import EditError, InputError
+    from rgcore.model.edits import decode_edit
+    from rgcore.model.project import Project
+
+    lines = (sys.stdin if str(args.edits) == "-" else args.edits.open(encoding="utf-8")).read().splitlines()
+    with Project.open(args.project) as project:
+        done = 0
+        for number, line in enumerate(lines, 1):
+            if not line.strip():
+                continue
+            try:
+                project.do(decode_edit(line))
+            except EditError as e:
+                raise InputError(args.edits, f"{e} (the {done} edits before it are kept)", number) from e
+            done += 1
+        print(f"{args.project}: {done} edits applied")
+
+
+def _export(args: argparse.Namespace) -> None:
+    from rgcore.exports.formats import export
+    from rgcore.model.project import Project
+
+    with Project.open(args.project) as project:
+        export(args.out, project.map, project.trajectory, wall_height=args.wall_height)
+    print(args.out)
+
+
+def _measure(args: argparse.Namespace) -> None:
+    from rgcore.model.project import Project
+    from rgviz.measure import figures, print_tables
+
+    with Project.open(args.project) as project:
+        result = figures(project)
+    if args.json:
+        import json
+
+        print(json.dumps(result, indent=1, sort_keys=True))
+    else:
+        print_tables(result)
+
+
+def _simulate(args: argparse.Namespace) -> None:
+    from rgcore.scans.simulate import simulate_to_files
+
+    simulated = simulate_to_files(args.plan, args.log, resolution=args.resolution, seed=args.seed)
+    print(f"{args.log}: {len(simulated.log)} scans")
+
+
+def _config(args: argparse.Namespace) -> None:
+    from rgcore.config import as_toml
+
+    print(as_toml(_load_config(args)), end="")
+
+
+def _compile(args: argparse.Namespace) -> None:
+    """Maps a few scans of the demo log: every kernel is compiled on its first call and kept on disk."""
+    from rgcore import pipeline
+    from rgcore.scans.read import read_log
+    from rgviz.demo import LOG
+
+    pipeline.run(read_log(LOG)[:200])
+
+
+if __name__ == "__main__":
+    sys.exit(main())
