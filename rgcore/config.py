@@ -60,6 +60,8 @@ class Places(Settings):
     """Free space, gateways and regions (paper, section IV-D)."""
 
     resolution: Annotated[float, setting("m", "cell of the free-space raster: half of the thinnest wall", gt=0, le=0.5)] = 0.05
+    max_range: Annotated[float, setting("m", "farther readings show little of a room and much of pose errors", gt=0, le=200)] = 20.0
+    no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 4.0
 
 
 class Classes(Settings):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 
 from rgcore.config import Places as Settings
@@ -11,6 +12,9 @@ from rgcore.evidence import Evidence
 from rgcore.geometry.grid import Grid
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
+
+MARGIN = 10
+"""Cells of unknown space around everything that was seen, so that no later step has to care for the raster's edge."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,5 +40,66 @@ class FreeSpace(Evidence):
 
 
 def free_space(log: ScanLog, trajectory: Trajectory, settings: Settings) -> FreeSpace:
-    """Cast every beam of every scan into a raster that holds them all."""
-    raise NotImplementedError
+    """Cast every beam of every scan into a raster that holds them all.
+
+    A beam counts as a pass in each cell between the laser and its echo and as a hit in the cell of the echo, which is
+    the counting model of a reflection map (Haehnel et al. 2003). A beam without an echo is free as far as
+    ``settings.no_echo_reach``, but only where its neighbours have none either: single ones are drop-outs.
+    """
+    reach, ends = _reaches(log, settings)
+    poses = trajectory.map_from_laser
+    xy = poses[:, None, :2]
+    angle = poses[:, None, 2] + log.bearings[None]
+    tips = xy + reach[..., None] * np.stack([np.cos(angle), np.sin(angle)], -1)
+    used = reach > 0
+    corners = np.concatenate([tips[used], poses[:, :2]])
+    res = settings.resolution
+    low = np.floor(corners.min(0) / res) - MARGIN
+    width, height = (np.ceil(corners.max(0) / res) - low + MARGIN).astype(int)
+    counts = np.zeros((2, height, width), np.int32)
+    _cast(poses[:, :2] / res - low, tips / res - low, used, ends, counts)
+    return FreeSpace(counts[0], counts[1], low * res, res)
+
+
+def _reaches(log: ScanLog, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """How far each beam is known to be free (N, B), 0 where nothing is known; and whether it ends in an echo (N, B)."""
+    limit = min(log.max_range, settings.max_range)
+    r = np.where(log.ranges > 0, log.ranges, np.nan)
+    echo = r < limit
+    lost = np.isinf(r)
+    group = lost.copy()
+    for shift in (1, 2):
+        before, after = np.zeros_like(lost), np.zeros_like(lost)
+        before[:, shift:], after[:, :-shift] = lost[:, :-shift], lost[:, shift:]
+        group &= before | after
+    reach = np.where(np.isnan(r), 0.0, np.minimum(np.nan_to_num(r, posinf=0.0), limit))
+    reach[lost] = 0.0
+    reach[group] = min(limit, settings.no_echo_reach)
+    return reach, echo
+
+
+@numba.njit(cache=True, nogil=True)
+def _cast(starts: np.ndarray, tips: np.ndarray, used: np.ndarray, ends: np.ndarray, counts: np.ndarray) -> None:
+    """Step along each beam, one cell of its longer axis at a time; coordinates are in cells."""
+    n, beams = used.shape
+    for i in range(n):
+        sx, sy = starts[i, 0], starts[i, 1]
+        for j in range(beams):
+            if not used[i, j]:
+                continue
+            tx, ty = tips[i, j, 0], tips[i, j, 1]
+            ix, iy = int(tx), int(ty)
+            dx, dy = tx - sx, ty - sy
+            steps = int(max(abs(dx), abs(dy))) + 1
+            dx /= steps
+            dy /= steps
+            px, py = -1, -1
+            for k in range(steps + 1):
+                cx, cy = int(sx + k * dx), int(sy + k * dy)
+                if cx == ix and cy == iy:
+                    break
+                if cx != px or cy != py:
+                    counts[1, cy, cx] += 1
+                    px, py = cx, cy
+            if ends[i, j]:
+                counts[0, iy, ix] += 1
