@@ -1,0 +1,191 @@
+"""Local registration: a scan against the local map, point to line.
+
+The local map holds the surface points of some keyframes in a grid of cells. Each point of the scan is paired with the
+nearest compatible point of *every* keyframe of the map, so one pass gives what each pair of keyframes has to say
+(Lu & Milios 1997; point-to-line metric: Censi 2008), and their sum is the registration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from rgcore.geometry import se2
+from rgcore.slam.surface import Surface
+
+CELL = 0.3
+"""Side of the cells [m] in which map points are found: about the search distance."""
+NORMALS_AGREE = 0.7
+"""Cosine of the largest angle between the normals of a pair: 45 degrees, which also tells the two faces of a wall apart."""
+FALSE_INFORMATION = 0.01
+"""Noise of normals of 6 degrees makes a corridor seem to resist along its axis by sin(6 deg)^2 a point; it is taken off."""
+
+
+class LocalMap(NamedTuple):
+    """Surface points (n, 2), normals (n, 2) and their keyframe 0..owners-1 (n,), sorted by cell.
+
+    ``start[c]..start[c+1]`` are the points of cell c of a grid with ``corner`` (2,) and ``shape`` (columns, rows).
+    """
+
+    points: np.ndarray
+    normals: np.ndarray
+    owner: np.ndarray
+    start: np.ndarray
+    corner: np.ndarray
+    shape: tuple[int, int]
+    owners: int
+
+
+class Match(NamedTuple):
+    """A registered scan: ``pose`` (3,), the normal equations of each keyframe of the map at that pose
+    (``information`` (m, 3, 3), ``gradient`` (m, 3) for steps [dx dy dtheta] in the map's axes about the laser), the
+    ``pairs`` (m,) found, and the ``share`` of the scan's points that lie on the map."""
+
+    pose: np.ndarray
+    information: np.ndarray
+    gradient: np.ndarray
+    pairs: np.ndarray
+    share: float
+
+
+def local_map(surfaces: Sequence[Surface], poses: np.ndarray) -> LocalMap:
+    """The map that scans make together: their surface points with known normals, seen from ``poses`` (m, 3)."""
+    points = np.concatenate([s.points for s in surfaces])
+    normals = np.concatenate([s.normals for s in surfaces])
+    owner = np.repeat(np.arange(len(surfaces)), [len(s.points) for s in surfaces])
+    known = (normals != 0).any(1)
+    points, normals, owner = points[known], normals[known], owner[known]
+    at = np.asarray(poses, float)[owner]
+    points = se2.transform(at, points)
+    at[:, :2] = 0
+    normals = se2.transform(at, normals)
+    corner = points.min(0) - CELL if len(points) else np.zeros(2)
+    size = (points.max(0) - corner) / CELL + 2 if len(points) else np.ones(2)
+    shape = (int(size[0]), int(size[1]))
+    column, row = np.floor((points - corner) / CELL).astype(np.int64).T
+    cell = row * shape[0] + column
+    order = np.argsort(cell, kind="stable")
+    start = np.zeros(shape[0] * shape[1] + 1, np.int64)
+    np.cumsum(np.bincount(cell, minlength=len(start) - 1), out=start[1:])
+    return LocalMap(points[order], normals[order], owner[order], start, corner, shape, len(surfaces))
+
+
+def register(
+    scan: Surface, on: LocalMap, pose: np.ndarray, prior: np.ndarray, noise: float, reach: float, rounds: int = 12
+) -> Match:
+    """Where the scan fits on the map, from ``pose`` (3,) on.
+
+    ``prior`` (3, 3) is the information of that first pose [1/m^2, 1/rad^2]; ``noise`` [m] the deviation of a point from its
+    line; ``reach`` [m] how far off the first pose may be. Where the scan does not constrain a direction the first pose
+    stands.
+    """
+    return Match(*_register(*scan, on, np.asarray(pose, float), prior, noise, reach, rounds))
+
+
+@njit(cache=True, nogil=True)
+def _linearise(points, normals, on, pose, reach, noise, information, gradient, pairs):  # type: ignore[no-untyped-def]
+    """Adds up the normal equations of all pairs, by keyframe of the map; returns how many points found one."""
+    information[:], gradient[:], pairs[:] = 0.0, 0.0, 0.0
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    best, which = np.full(on.owners, np.inf), np.zeros(on.owners, np.int64)
+    width, height = on.shape
+    ring = int(np.ceil(reach / CELL))
+    found = 0
+    for i in range(len(points)):
+        rx, ry = c * points[i, 0] - s * points[i, 1], s * points[i, 0] + c * points[i, 1]
+        nx, ny = c * normals[i, 0] - s * normals[i, 1], s * normals[i, 0] + c * normals[i, 1]
+        x, y = rx + pose[0], ry + pose[1]
+        known = nx != 0.0 or ny != 0.0
+        column, row = int((x - on.corner[0]) // CELL), int((y - on.corner[1]) // CELL)
+        best[:] = reach * reach
+        which[:] = -1
+        partners = 0
+        for v in range(max(0, row - ring), min(height, row + ring + 1)):
+            first, last = max(0, column - ring), min(width - 1, column + ring)
+            if first > last:
+                continue
+            for k in range(on.start[v * width + first], on.start[v * width + last + 1]):
+                o = on.owner[k]
+                d = (x - on.points[k, 0]) ** 2 + (y - on.points[k, 1]) ** 2
+                if d < best[o] and (not known or nx * on.normals[k, 0] + ny * on.normals[k, 1] > NORMALS_AGREE):
+                    partners += which[o] < 0
+                    best[o], which[o] = d, k
+        if partners == 0:
+            continue
+        found += 1
+        for o in range(on.owners):
+            k = which[o]
+            if k < 0:
+                continue
+            mx, my = on.normals[k, 0], on.normals[k, 1]
+            turn = my * rx - mx * ry
+            e = mx * (on.points[k, 0] - x) + my * (on.points[k, 1] - y)
+            w = 1.0 / (1.0 + (e / (3.0 * noise)) ** 2)
+            w = w * w / (partners * noise * noise)
+            information[o, 0, 0] += w * mx * mx
+            information[o, 0, 1] += w * mx * my
+            information[o, 1, 1] += w * my * my
+            information[o, 0, 2] += w * mx * turn
+            information[o, 1, 2] += w * my * turn
+            information[o, 2, 2] += w * turn * turn
+            gradient[o, 0] += w * mx * e
+            gradient[o, 1] += w * my * e
+            gradient[o, 2] += w * turn * e
+            pairs[o] += w * noise * noise
+    for o in range(on.owners):
+        information[o, 1, 0] = information[o, 0, 1]
+        information[o, 2, 0] = information[o, 0, 2]
+        information[o, 2, 1] = information[o, 1, 2]
+    return found
+
+
+@njit(cache=True, nogil=True)
+def discount(information, gradient, pairs, noise):  # type: ignore[no-untyped-def]
+    """Takes off, along the least certain direction, the information that noisy normals pretend; in place.
+
+    What is left has the same minimum (the direction is left to the prior, not pulled to where it stands).
+    """
+    regular = information.copy()
+    for k in range(3):
+        regular[k, k] += 1e-3
+    covariance = np.linalg.inv(regular)
+    step = covariance @ gradient
+    angle = 0.5 * np.arctan2(2.0 * covariance[0, 1], covariance[0, 0] - covariance[1, 1])
+    ux, uy = np.cos(angle), np.sin(angle)
+    variance = ux * ux * covariance[0, 0] + 2.0 * ux * uy * covariance[0, 1] + uy * uy * covariance[1, 1]
+    off = min(FALSE_INFORMATION * pairs / (noise * noise), 0.999 / variance)
+    pull = off * (ux * step[0] + uy * step[1])
+    information[0, 0] -= off * ux * ux
+    information[0, 1] -= off * ux * uy
+    information[1, 0] -= off * ux * uy
+    information[1, 1] -= off * uy * uy
+    gradient[0] -= pull * ux
+    gradient[1] -= pull * uy
+
+
+@njit(cache=True, nogil=True)
+def _register(points, normals, on, start, prior, noise, reach, rounds):  # type: ignore[no-untyped-def]
+    pose = start.copy()
+    information, gradient, pairs = np.zeros((on.owners, 3, 3)), np.zeros((on.owners, 3)), np.zeros(on.owners)
+    near, wide, found = reach, noise * 3.0, 0
+    for k in range(rounds):
+        found = _linearise(points, normals, on, pose, near, wide, information, gradient, pairs)
+        a, b = information.sum(0), gradient.sum(0)
+        discount(a, b, pairs.sum(), wide)
+        off = start - pose
+        off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi
+        odd = off @ prior @ off
+        w = 1.0 / (1.0 + odd / 9.0)  # a first pose that the scan contradicts loses its say
+        step = np.linalg.solve(a + w * prior + 1e-3 * np.eye(3), b + w * (prior @ off))
+        pose += step
+        small = np.hypot(step[0], step[1]) < 5e-4 and abs(step[2]) < 2e-4
+        if small and near <= 0.5 * CELL and wide == noise:
+            break
+        if small or k >= 2:
+            near, wide = max(0.5 * CELL, 0.5 * near), noise
+    pose[2] = -((-pose[2] + np.pi) % (2 * np.pi) - np.pi)
+    found = _linearise(points, normals, on, pose, 0.5 * CELL, noise, information, gradient, pairs)
+    return pose, information, gradient, pairs, found / max(1, len(points))
