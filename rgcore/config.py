@@ -38,6 +38,13 @@ class Slam(Settings):
     """Scan matching by local registration and global correlation (paper, section IV-A)."""
 
     max_range: Annotated[float, setting("m", "farther readings are few and hit at grazing angles", gt=0, le=200)] = 25.0
+    spacing: Annotated[float, setting("m", "points of a scan nearer than this say the same", ge=0, le=1)] = 0.06
+    point_noise: Annotated[float, setting("m", "deviation of an echo from its wall, range noise and roughness", gt=0, le=1)] = 0.03
+    odometry_noise: Annotated[float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)] = 0.15
+    reach: Annotated[float, setting("m", "how far off the predicted pose may be", gt=0, le=5)] = 0.5
+    keyframe_distance: Annotated[float, setting("m", "a scan every so often keeps all that was seen", gt=0, le=10)] = 0.4
+    keyframe_angle: Annotated[float, setting("rad", "a quarter of a 120 degree view", gt=0, le=3.2)] = 0.5
+    local_keyframes: Annotated[int, setting("keyframes", "the local map: what was seen over some metres", ge=1, le=100)] = 10
 
 
 class Lines(Settings):
@@ -47,6 +54,8 @@ class Lines(Settings):
     min_length: Annotated[float, setting("m", "mu: shorter lines are dropped", gt=0, le=5)] = 0.15
     ratio: Annotated[float, setting("1", "rho: largest distance / length; the paper takes 0.1 to 0.4", gt=0, le=2)] = 0.25
     gap: Annotated[float, setting("m", "gamma: collinear lines merge across gaps up to this; the paper takes 0.2", ge=0, le=5)] = 0.2
+    angle: Annotated[float, setting("rad", "20 degrees: the direction of a short segment is no better", gt=0, le=0.5)] = 0.35
+    min_support: Annotated[int, setting("segments", "a line seen less often is noise or has passed by", ge=1, le=1000)] = 2
 
 
 class Accuracy(Settings):
@@ -61,6 +70,11 @@ class Places(Settings):
 
     resolution: Annotated[float, setting("m", "cell of the free-space raster: half of the thinnest wall", gt=0, le=0.5)] = 0.05
     max_range: Annotated[float, setting("m", "farther readings show little of a room and much of pose errors", gt=0, le=200)] = 20.0
+    robot_radius: Annotated[float, setting("m", "half the width of a usual robot: the box of a region is that of its possible positions", gt=0, le=3)] = 0.25
+    min_gateway: Annotated[float, setting("m", "narrower gaps let no robot through", gt=0, le=5)] = 0.5
+    max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 3.0
+    clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
+    min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 1.5
     no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 4.0
 
 
