@@ -1,0 +1,121 @@
+"""A viser server behind the gate. It fails closed: if viser did not take the gate, or a request without a token is not
+turned away, nothing is served."""
+
+from __future__ import annotations
+
+import contextlib
+import gzip
+import html
+import inspect
+import io
+import re
+import socket
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import viser
+import viser._messages
+import websockets.asyncio.server
+from websockets.http11 import Request, Response
+
+from rgcore.errors import RgError
+from rgviz.gate import Gate, is_websocket, with_headers
+
+_serve_lock = threading.Lock()
+
+
+def patched_page(title: str, head: str) -> bytes:
+    """viser's page (one gzipped HTML file) with our title, icon and ``head`` (HTML) in it."""
+    source = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
+    source, titles = re.subn(r"<title>[^<]*</title>", f"<title>{html.escape(title)}</title>", source, count=1)
+    icon = '<link rel="icon" type="image/svg+xml" href="/static/favicon.svg">'
+    source, _ = re.subn(r'<link\s+rel="icon"[^>]*>', "", source, flags=re.S)
+    at = source.find("</head>")
+    if titles != 1 or at < 0:
+        raise RgError("this version of viser is not the one rgviz was made for; install viser==1.1.1")
+    return gzip.compress((source[:at] + icon + head + source[at:]).encode(), 6)
+
+
+def open_server(gate: Gate, host: str, port: int) -> viser.ViserServer:
+    """A viser server behind the gate, listening. If the port is taken, the next free one is used.
+
+    Raises RgError if the address cannot be bound, or if viser did not take the gate (nothing is served then).
+    """
+    _check_address(host)
+    installed: list[bool] = []
+    with _serve_lock, _serve_through(gate, installed), _silence():
+        server = viser.ViserServer(host=host, port=port, verbose=False)
+    gate.port = server.get_port()
+    try:
+        if installed != [True]:
+            raise RgError("viser did not take the gate; rgviz needs viser==1.1.1")
+        for message in (viser._messages.ShareUrlRequest, viser._messages.ShareUrlDisconnect):
+            server._websock_server.unregister_handler(message)
+        _try_to_break_in(host, gate.port)
+    except BaseException:
+        close_server(server)
+        raise
+    return server
+
+
+def close_server(server: viser.ViserServer) -> None:
+    with _silence():
+        server.stop()
+
+
+@contextlib.contextmanager
+def _serve_through(gate: Gate, installed: list[bool]) -> Iterator[None]:
+    """While it lasts, what viser gives ``websockets`` to serve goes through the gate."""
+    original = websockets.asyncio.server.serve
+
+    def serve(*args: Any, process_request: Any = None, **rest: Any) -> Any:
+        async def guarded(connection: Any, request: Request) -> Response | None:
+            answer = gate.refuse(request) or gate.login(request)
+            if answer is None and not is_websocket(request):
+                answer = await gate.answer(request)
+            if answer is None:
+                answer = process_request(connection, request)
+                if inspect.isawaitable(answer):
+                    answer = await answer
+            return None if answer is None else with_headers(answer)
+
+        if not installed:
+            installed.append(process_request is not None)
+        return original(*args, process_request=guarded, **rest)
+
+    websockets.asyncio.server.serve = serve  # type: ignore[misc, assignment]
+    try:
+        yield
+    finally:
+        websockets.asyncio.server.serve = original  # type: ignore[misc]
+
+
+@contextlib.contextmanager
+def _silence() -> Iterator[None]:
+    """viser prints a link without the token; ours is the one that works."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield
+
+
+def _check_address(host: str) -> None:
+    """viser would try a thousand ports and then hang."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host or None, 0, type=socket.SOCK_STREAM)[0]
+        with socket.socket(family, kind, protocol) as probe:
+            probe.bind(address)
+    except OSError as e:
+        raise RgError(f"--host {host}: cannot listen there ({e.strerror or e}); 127.0.0.1 always works") from e
+
+
+def _try_to_break_in(host: str, port: int) -> None:
+    """Ask without a token, as a page and as a websocket; anything but a refusal stops the server."""
+    target = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
+    socket_lines = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: cmd2aXogc2VsZiB0ZXN0IQ==\r\n"
+    for lines in ("", socket_lines, socket_lines + f"Origin: http://127.0.0.1:{port}\r\n"):
+        with socket.create_connection((target, port), 10) as s:
+            s.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n{lines}\r\n".encode())
+            status = s.recv(64).split()
+        if len(status) < 2 or status[1] not in (b"401", b"403"):
+            raise RgError("the gate does not hold: a request without the token was let in; nothing is served")
