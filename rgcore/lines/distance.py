@@ -7,7 +7,7 @@ from numba import njit
 
 
 def line_distance(a: np.ndarray, b: np.ndarray) -> tuple[float, int]:
-    """(d, o^l) of segments a = (P1, P2) and b = (P3, P4), each (2, 2): distance [m]; 0 no, 1 simple, 2 complete overlap.
+    """(d, o^l) of segments a = (P1, P2), b = (P3, P4), each (2, 2): distance [m]; 0 no, 1 simple, 2 complete overlap.
 
     As printed: d_1, d_2 are the perpendicular distances of a's ends from the line of b, d_3, d_4 those of b's ends
     from the line of a; ``res_1 = (d_1 + d_2) / 2`` and ``res_2 = (d_3 + d_4) / 2``; an end overlaps (o = 1) if its x
