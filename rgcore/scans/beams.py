@@ -8,27 +8,27 @@ from typing import NamedTuple
 
 import numpy as np
 
-_HUNDRED_DEGREES = {400: 401, 401: 401}
-"""SICK scanners give 401 beams (400 where the last one is left out) only in their 100 degree mode of 0.25 degree steps."""
+_HUNDRED_DEGREES = (400, 401)
+"""Readings of SICK scanners in their 100 degree mode, a quarter of a degree apart (400: the last one left out)."""
 
 
 class Fan(NamedTuple):
-    """``count`` beams from ``start`` [rad] on, counter-clockwise, ``step`` [rad] apart."""
+    """``beams`` beams from ``start`` [rad] on, counter-clockwise, ``step`` [rad] apart."""
 
-    count: int
+    beams: int
     start: float
     step: float
 
     @property
     def bearings(self) -> np.ndarray:
-        """(count,) rad in the laser frame."""
-        return self.start + self.step * np.arange(self.count)
+        """(beams,) rad in the laser frame."""
+        return self.start + self.step * np.arange(self.beams)
 
 
 def usual_fan(count: int) -> Fan:
-    """The fan of a laser that a log says nothing of but its number of readings: 180 degrees, straight ahead in its middle.
+    """The fan of a laser of which a log tells the number of readings only: 180 degrees, straight ahead in its middle.
 
-    Odd counts include both ends (181, 361), even ones leave the last beam out (180, 360); 401 is the 100 degree mode.
+    Odd counts include both ends (181, 361), even ones leave the last beam out (180, 360).
     """
     if count in _HUNDRED_DEGREES:
         return Fan(count, -pi * 50 / 180, pi / 720)
@@ -36,7 +36,7 @@ def usual_fan(count: int) -> Fan:
 
 
 def one_table(rows: list[np.ndarray], fans: list[Fan]) -> tuple[np.ndarray, np.ndarray, int]:
-    """All scans on the fan that most of them have: ``ranges (N, B)``, ``bearings (B,)``, number of scans that were moved.
+    """All scans on the fan that most of them have: ``ranges (N, B)``, ``bearings (B,)``, number of scans moved to it.
 
     A scan of another fan gives each beam its reading of nearest bearing, ``nan`` where it has none near enough.
     """
@@ -44,7 +44,7 @@ def one_table(rows: list[np.ndarray], fans: list[Fan]) -> tuple[np.ndarray, np.n
     bearings = common.bearings
     if all(fan == common for fan in fans):
         return np.array(rows), bearings, 0
-    table, moved = np.full((len(rows), common.count), np.nan), 0
+    table, moved = np.full((len(rows), common.beams), np.nan), 0
     for i, (row, fan) in enumerate(zip(rows, fans, strict=True)):
         moved += fan != common
         table[i] = row if fan == common else _resample(row, fan, bearings)
@@ -52,8 +52,8 @@ def one_table(rows: list[np.ndarray], fans: list[Fan]) -> tuple[np.ndarray, np.n
 
 
 def _resample(row: np.ndarray, fan: Fan, bearings: np.ndarray) -> np.ndarray:
-    if fan.count == 0:
+    if fan.beams == 0:
         return np.full(len(bearings), np.nan)
     index = np.rint((bearings - fan.start) / fan.step).astype(int) if fan.step else np.zeros(len(bearings), int)
-    inside = (index >= 0) & (index < fan.count)
-    return np.where(inside, row[np.clip(index, 0, fan.count - 1)], np.nan)
+    inside = (index >= 0) & (index < fan.beams)
+    return np.where(inside, row[np.clip(index, 0, fan.beams - 1)], np.nan)

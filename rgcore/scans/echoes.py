@@ -1,7 +1,7 @@
 """What a reading means: an echo, no echo (``inf``) or no information (``nan``).
 
-Logs write "no echo" as a code among the ranges: the top value of the scanner's number format (8183 to 8191 counts of 1 cm or
-1 mm with SICK scanners, 32767 mm, ...), the scanner's nominal range, or 0. The codes are found in the data, from the top down.
+Logs write "no echo" as a code among the ranges: the top value of the scanner's number format (8183 to 8191 counts of
+1 cm or 1 mm with SICK scanners, 32767 mm, ...), its nominal range, or 0. They are found in the data, from the top down.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _KNOWN = (
 _ABSURD = 200.0  # m, no planar laser sees farther
 _REPEATS = 20  # a value seen less often than this is not taken for a code that nobody announced
 _PEAK = 10  # and it must be this many times as frequent as any value near below it
-_SAME = 0.999  # readings within 0.1 % of the top value are the same code: counts 8183 to 8191
+_SAME = 0.999  # readings within 0.1 % of the top value may be the same code: counts 8183 to 8191
 _NEAR = 0.8  # "near below" reaches down to this part of it
 _OTHERS = 0.2  # a code leaves at least this part of the readings as echoes
 
@@ -31,8 +31,8 @@ def mark_echoes(readings: np.ndarray, declared: float | None = None) -> tuple[np
     """Readings (N, B) [m] as a log writes them -> the same with ``inf`` = no echo and ``nan`` = no information.
 
     declared: the laser's maximum range [m] by the log itself, if it names one.
-    Returns also the longest echo [m] and notes on what was found. A zero is "no echo" only in a log that has no other code
-    for it: elsewhere it is a reading that failed. Negative and absurd numbers are no information.
+    Returns also the longest echo [m] and notes on what was found. A zero is "no echo" only in a log that has no other
+    code for it: elsewhere it is a reading that failed. Negative and absurd numbers are no information.
     """
     ranges = np.where(readings > 0, readings, np.nan)
     limit, codes = _lowest_code(ranges[np.isfinite(ranges)], declared)
@@ -61,7 +61,7 @@ def _lowest_code(values: np.ndarray, declared: float | None) -> tuple[float, lis
         top = float(values.max())
         floor = next((low for low, high in known if low <= top <= high), None)
         if floor is None and _is_peak(values, top, total):
-            floor = top * _SAME
+            floor = top
         if floor is None and top <= _ABSURD:
             break
         if floor is not None:
@@ -79,4 +79,4 @@ def _is_peak(values: np.ndarray, top: float, total: int) -> bool:
         return False
     near = others[others > top * _NEAR]
     usual = int(np.unique(near, return_counts=True)[1].max()) if len(near) else 0
-    return repeats >= _PEAK * usual
+    return bool(repeats >= _PEAK * usual)

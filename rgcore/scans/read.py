@@ -1,6 +1,7 @@
 """Reading a log: the content decides the reader, never the name.
 
-To add a format, write a module with ``sniff(source) -> bool`` and ``read(source) -> ScanLog`` and add a row to ``READERS``.
+To add a format, write a module with ``sniff(source) -> bool`` and ``read(source) -> ScanLog`` and add a row to
+``READERS``.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ class Source:
     @cached_property
     def lines(self) -> list[str]:
         """The lines without their ends; ``lines[i]`` is line i + 1 of the file."""
-        return [line.rstrip("\r") for line in self.data.decode("utf-8", "replace").split("\n")]
+        return [line.rstrip("\r") for line in self.data.decode("utf-8-sig", "replace").split("\n")]
 
     @cached_property
     def last_line(self) -> int:

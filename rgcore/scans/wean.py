@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from rgcore.geometry import se2
-from rgcore.scans.beams import one_table, usual_fan
+from rgcore.scans.beams import usual_fan
 from rgcore.scans.echoes import mark_echoes
 from rgcore.scans.log import ScanLog
 from rgcore.scans.mounting import mounting, moves
@@ -20,14 +20,15 @@ _AHEAD = np.array([0.25, 0.0, 0.0])  # m, where the laser sits by the format's d
 
 
 def sniff(source: Source) -> bool:
-    """Whether every line at the beginning is an ``L`` or ``O`` line of numbers."""
-    heads = [line.split() for line in source.lines[:20] if line.strip() and not line.startswith("#")]
-    return bool(heads) and all(_looks_right(words) for words in heads[: 1 if len(heads) == 1 else -1])
+    """Whether one of the first lines is an ``L`` or ``O`` line of numbers."""
+    return any(_looks_right(line.split()) for line in source.lines[:20])
 
 
 def read(source: Source) -> ScanLog:
     """The scans of a Wean Hall log. Raises InputError for a log without them and for a damaged line."""
-    rows, notes, odometry_lines, others = [], [], 0, 0
+    rows: list[np.ndarray] = []
+    notes: list[str] = []
+    odometry_lines = others = 0
     for number, line in enumerate(source.lines, 1):
         words = line.split()
         if words[:1] != ["L"]:
@@ -36,8 +37,8 @@ def read(source: Source) -> ScanLog:
             continue
         try:
             row = _row(words)
-            if number == source.last_line and source.ends_open and rows and len(row) < len(rows[0]):
-                raise ValueError("it is cut off")
+            if rows and len(row) != len(rows[0]):
+                raise ValueError(f"it has {len(words)} fields, the lines before {len(rows[0]) + 1}")
         except ValueError as e:
             if number != source.last_line:
                 raise source.error(f"damaged laser line: {e}; repair or delete the line", number) from e
@@ -45,26 +46,23 @@ def read(source: Source) -> ScanLog:
         else:
             rows.append(row)
     if not rows:
-        raise source.error("holds no whole laser line (`L ...`); nothing can be mapped from it")
+        raise source.error("holds no whole laser line (`L ...`); nothing to map")
     if odometry_lines or others:
         notes.append(f"{odometry_lines} O and {others} other lines not used")
     return _log(source, rows, notes)
 
 
 def _log(source: Source, rows: list[np.ndarray], notes: list[str]) -> ScanLog:
-    fans = [usual_fan(len(row) - 7) for row in rows]
-    readings, bearings, moved = one_table([row[6:-1] * _CENTIMETRE for row in rows], fans)
-    if moved:
-        notes.append(f"{moved} scans of another number of beams moved to the {len(bearings)} of the others")
-    ranges, max_range, found = mark_echoes(readings)
-    poses = np.array([row[:6] for row in rows]) * [_CENTIMETRE, _CENTIMETRE, 1, _CENTIMETRE, _CENTIMETRE, 1]
+    table = np.array(rows)
+    ranges, max_range, found = mark_echoes(table[:, 6:-1] * _CENTIMETRE)
+    poses = table[:, :6] * [_CENTIMETRE, _CENTIMETRE, 1, _CENTIMETRE, _CENTIMETRE, 1]
     robot, laser = poses[:, :3], poses[:, 3:]
     place = mounting(robot, laser)
     return ScanLog(
-        stamps=np.array([row[-1] for row in rows]),
+        stamps=table[:, -1],
         ranges=ranges,
         odom_from_base=np.column_stack([robot[:, :2], se2.wrap(robot[:, 2])]),
-        bearings=bearings,
+        bearings=usual_fan(ranges.shape[1]).bearings,
         base_from_laser=_AHEAD if place is None else place,
         max_range=max_range,
         has_odometry=moves(robot),
@@ -76,7 +74,7 @@ def _log(source: Source, rows: list[np.ndarray], notes: list[str]) -> ScanLog:
 
 
 def _looks_right(words: list[str]) -> bool:
-    if words[0] not in ("L", "O") or (words[0] == "O") != (len(words) == 5):
+    if words[:1] not in (["L"], ["O"]) or (words[0] == "O") != (len(words) == 5):
         return False
     try:
         return len([float(w) for w in words[1:]]) >= 4
