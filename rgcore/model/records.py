@@ -24,7 +24,7 @@ class Record(msgspec.Struct, frozen=True, kw_only=True):
     """Base of all records: frozen, compared by value."""
 
 
-class Provenance(Record, kw_only=True):
+class Provenance(Record, frozen=True, kw_only=True):
     """Who made the item: the pipeline, a person, or a person after the pipeline; ``edits`` are journal numbers."""
 
     source: Literal["auto", "human", "edited"] = "auto"
@@ -33,7 +33,7 @@ class Provenance(Record, kw_only=True):
     edits: tuple[int, ...] = ()
 
 
-class Line(Record, kw_only=True):
+class Line(Record, frozen=True, kw_only=True):
     """A wall line. Free space lies to the left of start -> end."""
 
     id: str
@@ -48,7 +48,7 @@ class Line(Record, kw_only=True):
     provenance: Provenance = Provenance()
 
 
-class Box2(Record, kw_only=True):
+class Box2(Record, frozen=True, kw_only=True):
     """Rectangle in the plane: ``size`` along the axis ``yaw`` and across it."""
 
     center: Point
@@ -56,7 +56,7 @@ class Box2(Record, kw_only=True):
     yaw: float
 
 
-class Region(Record, kw_only=True):
+class Region(Record, frozen=True, kw_only=True):
     """A place: hallway, office, lab. ``boundary`` is its outline, a counter-clockwise ring, first point not repeated."""
 
     id: str
@@ -76,7 +76,7 @@ class Region(Record, kw_only=True):
     provenance: Provenance = Provenance()
 
 
-class Gateway(Record, kw_only=True):
+class Gateway(Record, frozen=True, kw_only=True):
     """A transition between regions. ``posts`` are the two ends of the opening."""
 
     id: str
@@ -102,7 +102,7 @@ class Gateway(Record, kw_only=True):
         return ((ax - bx) ** 2 + (ay - by) ** 2) ** 0.5
 
 
-class MapObject(Record, kw_only=True):
+class MapObject(Record, frozen=True, kw_only=True):
     """An object hypothesis: a box in 3D over a group of lines; ``center`` is the middle of the box."""
 
     id: str
@@ -116,7 +116,7 @@ class MapObject(Record, kw_only=True):
     provenance: Provenance = Provenance()
 
 
-class Source(Record, kw_only=True):
+class Source(Record, frozen=True, kw_only=True):
     """What the map was made from."""
 
     log: str = ""
@@ -127,7 +127,7 @@ class Source(Record, kw_only=True):
     software: str = ""
 
 
-class Stats(Record, kw_only=True):
+class Stats(Record, frozen=True, kw_only=True):
     """Counts of the run: ``points`` = valid readings used, ``segments`` = lines of all single scans before merging."""
 
     scans: int = 0
@@ -139,7 +139,7 @@ class Stats(Record, kw_only=True):
     """p [m]: what a reading costs that the map does not predict"""
 
 
-class RGMap(Record, kw_only=True):
+class RGMap(Record, frozen=True, kw_only=True):
     """An RG map <R, G> (paper, section II) with its lines and objects."""
 
     source: Source = Source()

@@ -1,0 +1,223 @@
+"""What lies where in a project's folder, and how it is read and written."""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import msgspec
+import numpy as np
+
+from rgcore import __version__
+from rgcore.errors import ProjectError
+from rgcore.model.base import decode_map, encode_map
+from rgcore.model.cloud import thinned
+from rgcore.model.disk import replace_file, sync_folder, write_file
+from rgcore.model.history import Do
+from rgcore.model.journal import encode_journal
+from rgcore.model.rebase import Conflict
+from rgcore.model.records import RGMap
+from rgcore.slam.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from rgcore.pipeline import Run
+
+T = TypeVar("T")
+VERSION = 1
+AGAIN = "map the log again with `rgviz run LOG -o PROJECT.rg`"
+
+
+class LogInfo(msgspec.Struct, frozen=True):
+    path: str
+    sha256: str
+
+
+class ProjectInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """project.toml"""
+
+    version: int
+    name: str
+    log: LogInfo
+
+
+class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """run.json: what a run was made from and how long each stage took [s]."""
+
+    log: str
+    sha256: str
+    format: str
+    notes: tuple[str, ...]
+    """what the reader met in the log"""
+    scans: int
+    beams: int
+    points: int
+    """valid readings used"""
+    has_odometry: bool
+    settings: dict[str, Any]
+    """only those that differ from the defaults, as {"stage.name": value}"""
+    config: dict[str, dict[str, Any]]
+    """all settings, by stage"""
+    seconds: dict[str, float]
+    software: str
+
+
+def check(path: Path) -> ProjectInfo:
+    """What project.toml says. Raises ProjectError if ``path`` is no project, or one of a newer version."""
+    if not path.is_dir():
+        raise ProjectError(f"{path}: there is no such project; {AGAIN}")
+    file = path / "project.toml"
+    if not file.exists():
+        raise ProjectError(f"{path}: not a project: it holds no project.toml; {AGAIN}")
+    try:
+        version = msgspec.toml.decode(file.read_bytes()).get("version")
+        if isinstance(version, int) and version > VERSION:
+            raise ProjectError(
+                f"{path}: made by a newer rgviz (project version {version}, this one reads up to {VERSION});"
+                " upgrade with `pip install -U rgviz`"
+            )
+        return msgspec.toml.decode(file.read_bytes(), type=ProjectInfo)
+    except (OSError, msgspec.DecodeError, ValueError) as e:
+        raise ProjectError(f"{file}: damaged: {e}; restore it from a copy") from e
+
+
+def current(path: Path) -> str:
+    """The name of the current run. Raises ProjectError."""
+    runs = sorted(p.name for p in (path / "runs").glob("[0-9]*") if p.is_dir())
+    try:
+        name = (path / "current").read_text(encoding="utf-8").strip()
+    except (OSError, UnicodeDecodeError):
+        name = ""
+    if name in runs:
+        return name
+    if not runs:
+        raise ProjectError(f"{path}: holds no finished run; {AGAIN}")
+    remedy = f"write one of {', '.join(runs)} into that file"
+    raise ProjectError(f"{path / 'current'}: names no run of this project; {remedy}")
+
+
+def create(path: Path, run: Run) -> None:
+    """The folder of a new project with its first run. Raises ProjectError; nothing new is then left behind."""
+    if path.exists() and (not path.is_dir() or (path / "current").exists() or not _unfinished(path)):
+        raise ProjectError(f"{path}: there is something already; choose another name, or remove it")
+    made = not path.exists()
+    info = ProjectInfo(version=VERSION, name=path.stem, log=LogInfo(run.log.source, run.log.sha256))
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        shutil.rmtree(path / "runs", ignore_errors=True)
+        replace_file(path / "project.toml", msgspec.toml.encode(info))
+        _write_run(path, "0001", run, (), ())
+    except BaseException as e:
+        shutil.rmtree(path if made else path / "runs", ignore_errors=True)
+        (path / "project.toml").unlink(missing_ok=True)
+        if isinstance(e, OSError):
+            raise _unwritable(path, e) from e
+        raise
+
+
+def _unfinished(path: Path) -> bool:
+    """Whether a folder holds nothing but what an unfinished ``create`` or the stage cache may have left."""
+    return all(re.fullmatch(r"project\.toml|runs|cache|lock|\..*\.tmp", p.name) for p in path.iterdir())
+
+
+def add_run(path: Path, run: Run, entries: Sequence[Do], conflicts: Sequence[Conflict]) -> None:
+    """One more run, which becomes the current one. Raises ProjectError; the project is then as it was."""
+    last = max((int(p.name) for p in (path / "runs").iterdir() if p.name.isdigit()), default=0)
+    try:
+        _write_run(path, f"{last + 1:04d}", run, entries, conflicts)
+    except OSError as e:
+        raise _unwritable(path, e) from e
+
+
+def _write_run(path: Path, name: str, run: Run, entries: Sequence[Do], conflicts: Sequence[Conflict]) -> None:
+    """Write a run's folder whole under another name, then give it its own and make it the current one."""
+    new = path / "runs" / f".{name}.tmp"
+    shutil.rmtree(new, ignore_errors=True)
+    try:
+        new.mkdir(parents=True)
+        points, scans = thinned(run.log, run.trajectory, run.config.slam.max_range)
+        write_file(new / "run.json", _json(_info(run)))
+        write_file(
+            new / "trajectory.npz", _npz(**{k: getattr(run.trajectory, k) for k in Trajectory.__dataclass_fields__})
+        )
+        write_file(new / "points.npz", _npz(points=points, scans=scans))
+        write_file(new / "base.json", encode_map(run.map))
+        write_file(new / "edits.jsonl", encode_journal(entries))
+        write_file(new / "conflicts.json", _json(list(conflicts)))
+        sync_folder(new)
+        new.rename(path / "runs" / name)
+        sync_folder(path / "runs")
+    except BaseException:
+        shutil.rmtree(new, ignore_errors=True)
+        raise
+    replace_file(path / "current", f"{name}\n".encode())
+
+
+def _info(run: Run) -> RunInfo:
+    log, source = run.log, run.map.source
+    return RunInfo(
+        log=log.source,
+        sha256=log.sha256,
+        format=log.format,
+        notes=tuple(log.notes.splitlines()),
+        scans=len(log),
+        beams=log.ranges.shape[1],
+        points=run.map.stats.points,
+        has_odometry=bool(log.has_odometry),
+        settings=source.settings,
+        config=msgspec.to_builtins(run.config),
+        seconds={k: round(v, 3) for k, v in run.seconds.items()},
+        software=f"rgviz {__version__}",
+    )
+
+
+def read_info(where: Path) -> RunInfo:
+    return _read(where / "run.json", lambda data: msgspec.json.decode(data, type=RunInfo))
+
+
+def read_base(where: Path) -> RGMap:
+    return _read(where / "base.json", decode_map)
+
+
+def read_conflicts(where: Path) -> tuple[Conflict, ...]:
+    file = where / "conflicts.json"
+    return _read(file, lambda data: msgspec.json.decode(data, type=tuple[Conflict, ...])) if file.exists() else ()
+
+
+def read_trajectory(where: Path) -> Trajectory:
+    return _read(where / "trajectory.npz", lambda data: Trajectory.load(io.BytesIO(data)))  # type: ignore[arg-type]
+
+
+def read_points(where: Path) -> tuple[np.ndarray, np.ndarray]:
+    def points(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+        with np.load(io.BytesIO(data), allow_pickle=False) as arrays:
+            return arrays["points"], arrays["scans"]
+
+    return _read(where / "points.npz", points)
+
+
+def _read(file: Path, parse: Callable[[bytes], T]) -> T:
+    """What ``parse`` makes of a file. Raises ProjectError if the file is absent or damaged."""
+    try:
+        return parse(file.read_bytes())
+    except OSError as e:
+        raise ProjectError(f"{file}: cannot be read: {e.strerror}; restore it from a copy, or {AGAIN}") from e
+    except Exception as e:  # a damaged zip or JSON fails in a dozen ways, and the remedy is one
+        raise ProjectError(f"{file}: damaged: {e}; restore it from a copy, or {AGAIN}") from e
+
+
+def _npz(**arrays: np.ndarray) -> bytes:
+    out = io.BytesIO()
+    np.savez_compressed(out, **arrays)  # type: ignore[arg-type]
+    return out.getvalue()
+
+
+def _json(value: Any) -> bytes:
+    return msgspec.json.format(msgspec.json.encode(value, order="sorted"), indent=1) + b"\n"
+
+
+def _unwritable(path: Path, e: OSError) -> ProjectError:
+    return ProjectError(f"{path}: cannot be written: {e.strerror}; make room or choose another place")

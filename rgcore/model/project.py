@@ -1,0 +1,179 @@
+"""The project: a folder that holds the runs of a map and what people did to it.
+
+    office.rg/  project.toml   current   lock   cache/   runs/0001/{run.json trajectory.npz points.npz base.json edits.jsonl conflicts.json}
+
+One process writes (``lock``); others read. A run's folder is written whole under another name, then ``current`` is flipped.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rgcore.errors import ProjectError
+from rgcore.model import folder
+from rgcore.model.edits import Edit
+from rgcore.model.folder import RunInfo
+from rgcore.model.history import AnyEntry, Do, History, Redo, Undo, replay, step
+from rgcore.model.journal import Journal, readable
+from rgcore.model.lock import Holder, Lock
+from rgcore.model.rebase import Conflict, Drift, rebase
+from rgcore.model.records import RGMap
+from rgcore.slam.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from rgcore.pipeline import Run
+
+
+class Project:
+    """An open project. All methods may be called from any thread.
+
+    path        the folder
+    read_only   another process holds it (``holder`` says who), or its folder cannot be written
+    notes       what was found unusual when it was opened, a line each
+    """
+
+    def __init__(self, path: Path, lock: Lock) -> None:
+        """Use ``create`` or ``open``."""
+        self.path = path
+        self._lock, self._mutex = lock, threading.RLock()
+        self._load()
+
+    @classmethod
+    def create(cls, path: str | Path, run: Run) -> Project:
+        """Make the folder of a new project from its first run, and open it. Raises ProjectError."""
+        path = Path(path)
+        folder.create(path, run)
+        return cls.open(path)
+
+    @classmethod
+    def open(cls, path: str | Path) -> Project:
+        """Open a project; read-only where another process has it. Raises ProjectError with the remedy."""
+        path = Path(path)
+        folder.check(path)
+        lock = Lock(path / "lock")
+        try:
+            return cls(path, lock)
+        except BaseException:
+            lock.release()
+            raise
+
+    def _load(self) -> None:
+        self.run_name = folder.current(self.path)
+        where = self.path / "runs" / self.run_name
+        self.run_info: RunInfo = folder.read_info(where)
+        self.trajectory: Trajectory = folder.read_trajectory(where)
+        self.conflicts: tuple[Conflict, ...] = folder.read_conflicts(where)
+        self._points: tuple[np.ndarray, np.ndarray] | None = None
+        self._journal = Journal(where / "edits.jsonl")
+        self._history, notes = replay(folder.read_base(where), self._journal.entries)
+        self.notes = [*self._lock.notes, *self._journal.notes, *notes]
+
+    @property
+    def name(self) -> str:
+        return folder.check(self.path).name
+
+    @property
+    def read_only(self) -> bool:
+        return not self._lock.held
+
+    @property
+    def holder(self) -> Holder | None:
+        """Who else holds the project; None if nobody does."""
+        return self._lock.holder
+
+    @property
+    def map(self) -> RGMap:
+        """The corrected map."""
+        return self._history.map
+
+    @property
+    def base(self) -> RGMap:
+        """The map as the pipeline made it."""
+        return self._history.base
+
+    @property
+    def history(self) -> History:
+        return self._history
+
+    @property
+    def points(self) -> np.ndarray:
+        """(K, 2) float32 [m] echoes of all scans in the map frame, thinned, for the view."""
+        return self._cloud()[0]
+
+    @property
+    def point_scans(self) -> np.ndarray:
+        """(K,) int32 scan of each of ``points``, rising."""
+        return self._cloud()[1]
+
+    def do(self, edit: Edit, by: str | None = None) -> RGMap:
+        """Make an edit; it is on the disk when this returns. An edit that changes nothing is not recorded.
+
+        Raises EditError if the map refuses it, ProjectError if the project is read-only or the disk full; nothing is changed then.
+        """
+        checked = edit.checked()
+        return self._step(lambda number: Do(number=number, at=_now(), by=by, edit=checked))  # type: ignore[arg-type]
+
+    def undo(self, by: str | None = None) -> RGMap:
+        """Take the last standing edit back. Raises as ``do``."""
+        return self._step(lambda number: Undo(number=number, at=_now(), by=by))
+
+    def redo(self, by: str | None = None) -> RGMap:
+        """Make the edit again that was taken back last. Raises as ``do``."""
+        return self._step(lambda number: Redo(number=number, at=_now(), by=by))
+
+    def add_run(self, run: Run) -> tuple[Conflict, ...]:
+        """Make ``run`` the current one, with the standing edits carried over; those that could not be (also of ``conflicts``).
+
+        Raises ProjectError if the project is read-only or cannot be written; it is unchanged then.
+        """
+        with self._mutex:
+            self._must_write()
+            standing = [(done.entry, done.title) for done in self._history.done]
+            drift = Drift(self.trajectory, run.trajectory)
+            taken, lost = rebase(self.run_name, self.base, standing, run.map, drift)
+            folder.add_run(self.path, run, taken, (*self.conflicts, *lost))
+            self._journal.close()
+            self._load()
+            return self.conflicts
+
+    def close(self) -> None:
+        """Give the project free for others."""
+        with self._mutex:
+            self._journal.close()
+            self._lock.release()
+
+    def __enter__(self) -> Project:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _step(self, make: Callable[[int], AnyEntry]) -> RGMap:
+        with self._mutex:
+            self._must_write()
+            entry = readable(make(self._journal.next_number))
+            after = step(self._history, entry)
+            if after is not self._history:
+                self._journal.append(entry)
+                self._history = after
+            return after.map
+
+    def _must_write(self) -> None:
+        if self.read_only:
+            raise ProjectError(f"{self.path}: open read-only: {self._lock.reason}")
+
+    def _cloud(self) -> tuple[np.ndarray, np.ndarray]:
+        with self._mutex:
+            if self._points is None:
+                self._points = folder.read_points(self.path / "runs" / self.run_name)
+            return self._points
+
+
+def _now() -> str:
+    return datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
