@@ -45,6 +45,11 @@ class Slam(Settings):
     keyframe_distance: Annotated[float, setting("m", "a scan every so often keeps all that was seen", gt=0, le=10)] = 0.4
     keyframe_angle: Annotated[float, setting("rad", "a quarter of a 120 degree view", gt=0, le=3.2)] = 0.5
     local_keyframes: Annotated[int, setting("keyframes", "the local map: what was seen over some metres", ge=1, le=100)] = 10
+    drift: Annotated[float, setting("m/m", "how far poses run off by the way driven, closures apart", gt=0, le=1)] = 0.03
+    certain: Annotated[float, setting("m", "old keyframes surer than this join the local map", gt=0, le=5)] = 0.2
+    neighbourhood: Annotated[float, setting("m", "keyframes nearer than this see the same things", gt=0, le=50)] = 3.0
+    window: Annotated[float, setting("m", "widest search for a loop closure", gt=0, le=50)] = 6.0
+    least_response: Annotated[float, setting("1", "a closure's mean likelihood must exceed this", gt=0, le=1)] = 0.45
 
 
 class Lines(Settings):
@@ -74,6 +79,7 @@ class Places(Settings):
     min_gateway: Annotated[float, setting("m", "narrower gaps let no robot through", gt=0, le=5)] = 0.5
     max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 3.0
     clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
+    snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
     min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 1.5
     no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 4.0
 
@@ -87,6 +93,10 @@ class Classes(Settings):
 class Objects(Settings):
     """Object hypotheses (paper, section III)."""
 
+    min_width: Annotated[float, setting("m", "narrower fronts are posts and jambs", gt=0, le=5)] = 0.3
+    max_width: Annotated[float, setting("m", "longer fronts are walls", gt=0, le=20)] = 2.6
+    min_depth: Annotated[float, setting("m", "shallower ones are door frames and pilasters", gt=0, le=2)] = 0.2
+    max_depth: Annotated[float, setting("m", "deeper ones are parts of the building", gt=0, le=5)] = 1.0
     height: Annotated[float, setting("m", "a 2D laser cannot see heights: that of a usual cabinet", gt=0, le=10)] = 1.0
 
 

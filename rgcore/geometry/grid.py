@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
+import numba
 import numpy as np
 
 from rgcore.evidence import Evidence
@@ -48,3 +50,76 @@ class Grid(Evidence):
     def like(self, values: np.ndarray) -> Grid:
         """A raster of the same frame with other values."""
         return Grid(values, self.origin, self.resolution)
+
+
+def clearance(free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Distance of each free cell to the nearest one that is not [cells], and that cell (H, W, 2) as (ix, iy)."""
+    distance, label = cv2.distanceTransformWithLabels(
+        free.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    iy, ix = np.nonzero(~free)
+    nearest = np.zeros((len(ix) + 1, 2), np.int32)
+    nearest[label[iy, ix]] = np.stack([ix, iy], 1)
+    return distance, nearest[label]
+
+
+def components(mask: np.ndarray, diagonal: bool = False) -> tuple[np.ndarray, np.ndarray]:
+    """Connected pieces of a mask: labels (H, W) from 1 on, and (n + 1, 5) x y width height area [cells]."""
+    _, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8 if diagonal else 4)
+    return labels, stats
+
+
+def dilate(mask: np.ndarray, radius: int) -> np.ndarray:
+    """The mask grown by a disc [cells]."""
+    return cv2.dilate(mask.astype(np.uint8), _disc(radius)) > 0
+
+
+def erode(mask: np.ndarray, radius: int) -> np.ndarray:
+    """The mask shrunk by a disc [cells]."""
+    return cv2.erode(mask.astype(np.uint8), _disc(radius)) > 0
+
+
+def _disc(radius: int) -> np.ndarray:
+    y, x = np.mgrid[-radius : radius + 1, -radius : radius + 1]
+    return (x * x + y * y <= (radius + 0.5) ** 2).astype(np.uint8)
+
+
+def draw_lines(shape: tuple[int, int], starts: np.ndarray, ends: np.ndarray, width: int = 1) -> np.ndarray:
+    """Mask of lines between cells (K, 2) given as (ix, iy)."""
+    image = np.zeros(shape, np.uint8)
+    for a, b in zip(np.asarray(starts, int), np.asarray(ends, int), strict=True):
+        cv2.line(image, a.tolist(), b.tolist(), 1, width)
+    return image > 0
+
+
+def outlines(mask: np.ndarray) -> list[tuple[np.ndarray, list[np.ndarray]]]:
+    """Outer ring and holes of each piece of a mask, as rings (n, 2) of border *cells* (ix, iy)."""
+    contours, tree = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
+    rings = [c[:, 0].astype(float) for c in contours]
+    if tree is None:
+        return []
+    return [
+        (rings[i], [rings[j] for j in range(len(rings)) if tree[0, j, 3] == i])
+        for i in range(len(rings))
+        if tree[0, i, 3] < 0
+    ]
+
+
+@numba.njit(cache=True, nogil=True)
+def reach(free: np.ndarray, starts: np.ndarray, directions: np.ndarray, limit: float) -> np.ndarray:
+    """How far (K,) one comes in free cells from ``starts`` (K, 2) along unit ``directions`` (K, 2), at most ``limit``.
+
+    All in cells; a start that is not free gives 0. Steps of half a cell.
+    """
+    out = np.zeros(len(starts))
+    height, width = free.shape
+    for i in range(len(starts)):
+        s = 0.0
+        while s <= limit:
+            ix = int(np.floor(starts[i, 0] + s * directions[i, 0]))
+            iy = int(np.floor(starts[i, 1] + s * directions[i, 1]))
+            if ix < 0 or iy < 0 or ix >= width or iy >= height or not free[iy, ix]:
+                break
+            s += 0.5
+        out[i] = s
+    return out

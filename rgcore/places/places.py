@@ -39,7 +39,7 @@ class FoundGateway(msgspec.Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class Places:
-    """``labels``: raster of region indices (int32, -1 = none); regions and gateways ordered by the scan that saw them first."""
+    """Regions and gateways, ordered by the scan that came first; ``labels`` (int32): their raster, -1 = none."""
 
     labels: Grid
     regions: tuple[FoundRegion, ...]

@@ -1,0 +1,81 @@
+"""Polygons with holes: from a raster and back to plain rings. The one place that knows shapely."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from shapely.geometry import MultiPolygon, Polygon
+
+from rgcore.geometry.grid import Grid, outlines
+
+Ring = tuple[tuple[float, float], ...]
+"""A closed ring of points [m], the first not repeated; outlines run counter-clockwise, holes clockwise."""
+
+
+def from_mask(mask: Grid) -> list[Polygon]:
+    """Polygons that cover the cells of a mask, largest first, in metres."""
+    half = 0.5 * mask.resolution
+    found = []
+    for outer, holes in outlines(mask.values):
+        # rings run through the centres of border cells, of holes through those of the cells around them
+        rings = [mask.centers(r) for r in [outer, *holes]]
+        solid = shapely.linestrings(np.concatenate([rings[0], rings[0][:1]])).buffer(half, join_style="mitre")
+        solid = Polygon(solid.exterior)
+        gaps = [Polygon(r).buffer(-half, join_style="mitre") for r in rings[1:] if len(r) >= 4]
+        found += _parts(solid.difference(shapely.union_all(gaps)) if gaps else solid)
+    return sorted(found, key=lambda p: -p.area)
+
+
+def simplify(polygon: Polygon, tolerance: float) -> Polygon:
+    """Fewer corners, none farther than ``tolerance`` [m] from the outline (Douglas & Peucker 1973); stays valid."""
+    simple = polygon.simplify(tolerance, preserve_topology=True)
+    return max(_parts(simple.buffer(0)), key=lambda p: p.area, default=polygon)
+
+
+def rings(polygon: Polygon, digits: int = 4) -> tuple[Ring, tuple[Ring, ...]]:
+    """Outline (counter-clockwise) and holes (clockwise) as plain points, rounded to ``digits`` decimals of a metre."""
+    p = shapely.geometry.polygon.orient(polygon)
+
+    def plain(ring: shapely.LinearRing) -> Ring:
+        return tuple((round(float(x), digits), round(float(y), digits)) for x, y in ring.coords[:-1])
+
+    return plain(p.exterior), tuple(plain(r) for r in p.interiors)
+
+
+def polygon(boundary: Ring, holes: tuple[Ring, ...] = ()) -> Polygon:
+    """A shapely polygon of plain rings, repaired where they cross themselves."""
+    p = Polygon(boundary, holes)
+    return p if p.is_valid else max(_parts(p.buffer(0)), key=lambda q: q.area, default=Polygon())
+
+
+def triangulate(boundary: Ring, holes: tuple[Ring, ...] = ()) -> np.ndarray:
+    """(T, 3, 2) triangles that cover the polygon, counter-clockwise (constrained Delaunay triangulation)."""
+    inner = shapely.constrained_delaunay_triangles(polygon(boundary, holes))
+    triangles = [np.asarray(shapely.geometry.polygon.orient(t).exterior.coords)[:3] for t in inner.geoms]
+    return np.array(triangles).reshape(-1, 3, 2)
+
+
+def _parts(shape: shapely.Geometry) -> list[Polygon]:
+    """The polygons of whatever an operation gave."""
+    if isinstance(shape, Polygon):
+        return [] if shape.is_empty else [shape]
+    if isinstance(shape, MultiPolygon):
+        return [p for p in shape.geoms if not p.is_empty]
+    return [p for g in getattr(shape, "geoms", ()) for p in _parts(g)]
+
+
+def without_small_holes(shape: Polygon, area: float) -> Polygon:
+    """The polygon with holes below ``area`` [m2] filled."""
+    return Polygon(shape.exterior, [h for h in shape.interiors if Polygon(h).area >= area])
+
+
+def min_rectangle(points: np.ndarray) -> tuple[tuple[float, float], tuple[float, float], float]:
+    """Smallest rectangle around points (N, 2): centre, size (long side first) and the long side's angle in [0, pi)."""
+    box = shapely.minimum_rotated_rectangle(shapely.multipoints(np.asarray(points, float)).convex_hull.buffer(1e-3))
+    corners = np.asarray(box.exterior.coords)[:4]
+    side = corners[1:3] - corners[:2]
+    length = np.hypot(*side.T)
+    long = int(length[1] > length[0])
+    yaw = float(np.arctan2(side[long, 1], side[long, 0]) % np.pi)
+    x, y = corners.mean(0)
+    return (round(x, 4), round(y, 4)), (round(float(length[long]), 4), round(float(length[1 - long]), 4)), round(yaw, 4)

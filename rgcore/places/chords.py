@@ -1,0 +1,122 @@
+"""Chords: the places where free space is narrow, and what they look like from both sides.
+
+A chord joins the two nearest obstacles left and right of a point on the medial axis of the free space: the critical
+lines of Thrun (1998) and, for a robot in a passage, the "closest obstacles left and right" of the paper (section IV-D).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rgcore.config import Places as Settings
+from rgcore.evidence import Evidence
+from rgcore.geometry.grid import clearance, dilate, reach
+
+OPPOSITE = 0.9
+"""Sine of half the angle that the two nearest obstacles must at least subtend: they lie on opposite sides."""
+
+LOOK = 2.0
+"""m: how far ahead and behind a chord the width of the free space is measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chords(Evidence):
+    """Candidates for gateways (K chords), in cells of the raster.
+
+    posts    (K, 2, 2) the cells of the two obstacles
+    middle   (K, 2)    halfway between them
+    along    (K, 2)    unit vector from the first post to the second
+    width    (K,)      distance of the posts, less the half cell on each side that is the obstacle itself
+    reach    (K, 2)    how far one comes ahead and behind, up to three times ``LOOK``
+    profile  (K, S)    width of the free space parallel to the chord at each of ``offsets``; 0 where the way is blocked
+    runs     (K, 2)    how far a wall goes on beyond each post in line with the chord, up to ``LOOK``
+    offsets  (S,)      positions along the way through, from behind (negative) to ahead
+    """
+
+    posts: np.ndarray
+    middle: np.ndarray
+    along: np.ndarray
+    width: np.ndarray
+    reach: np.ndarray
+    profile: np.ndarray
+    runs: np.ndarray
+    offsets: np.ndarray
+
+    @classmethod
+    def whole(cls) -> frozenset[str]:
+        return frozenset({"offsets"})
+
+    @property
+    def across(self) -> np.ndarray:
+        """(K, 2) unit vector of the way through."""
+        return np.stack([-self.along[:, 1], self.along[:, 0]], 1)
+
+
+def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chords:
+    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening."""
+    distance, nearest = clearance(free)
+    low, high = 0.5 * settings.min_gateway / resolution, 0.5 * settings.max_gateway / resolution
+    posts = []
+    for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        h, w = free.shape
+        here = np.s_[: h - dy, max(0, -dx) : w - max(0, dx)]
+        there = np.s_[dy:, max(0, dx) : w + min(0, dx)]
+        d = distance[here]
+        wanted = (d > low) & (d < high)
+        y, x = np.nonzero(wanted)
+        a, b = nearest[here][y, x], nearest[there][y, x]
+        keep = np.hypot(*(a - b).T) > 2 * OPPOSITE * d[y, x]
+        posts.append(np.stack([a[keep], b[keep]], 1))
+    pairs = np.concatenate(posts)
+    flip = (pairs[:, 0, 0] > pairs[:, 1, 0]) | ((pairs[:, 0, 0] == pairs[:, 1, 0]) & (pairs[:, 0, 1] > pairs[:, 1, 1]))
+    pairs[flip] = pairs[flip][:, ::-1]
+    pairs = np.unique(pairs.reshape(-1, 4), axis=0).reshape(-1, 2, 2)
+    turned = [in_line(free, p, resolution) for p in (pairs, pairs[:, ::-1])]
+    pairs = np.unique(np.concatenate([pairs, *turned]).reshape(-1, 4), axis=0).reshape(-1, 2, 2)
+    gap = np.hypot(*(pairs[:, 1] - pairs[:, 0]).T)
+    return measure_chords(free, pairs[(gap > 2 * low) & (gap < 2 * high)], resolution)
+
+
+def in_line(free: np.ndarray, posts: np.ndarray, resolution: float) -> np.ndarray:
+    """Chords (K, 2, 2) turned about their first post until they go on in line with a wall behind it.
+
+    The chord of a door beside a corner of a room leans towards the corner's other wall; a door is closed by the
+    continuation of its own wall.
+    """
+    a, d = posts[:, 0] + 0.5, (posts[:, 1] - posts[:, 0]).astype(float)
+    n = round(LOOK / resolution)
+    base = np.arctan2(d[:, 1], d[:, 0])[:, None] + np.radians(np.arange(-48, 49, 4))[None]
+    direction = np.stack([np.cos(base), np.sin(base)], -1).reshape(-1, 2)
+    start = np.repeat(a, base.shape[1], axis=0)
+    wall = dilate(~free, 1)
+    length = 1.5 + reach(free, start + 1.5 * direction, direction, 2 * n)
+    end = start + length[:, None] * direction
+    runs = reach(wall, start, -direction, 0.5 * n) + 0.5 * reach(wall, end, direction, 0.5 * n)
+    value = (runs - length).reshape(base.shape)
+    value[(length <= 2).reshape(base.shape)] = -np.inf
+    best = np.arange(len(posts)), value.argmax(1)
+    tip = np.floor(end.reshape(*base.shape, 2)[best]).astype(posts.dtype)
+    return np.stack([posts[:, 0], tip], 1)
+
+
+def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float) -> Chords:
+    """Chords between given cells (K, 2, 2), with the profile of the free space around them."""
+    a, b = posts[:, 0] + 0.5, posts[:, 1] + 0.5
+    middle, gap = (a + b) / 2, np.hypot(*(b - a).T)
+    along = (b - a) / gap[:, None]
+    across = np.stack([-along[:, 1], along[:, 0]], 1)
+    n = round(LOOK / resolution)
+    offsets = np.arange(-n, n + 1)
+    ahead = reach(free, middle, across, 3 * n)
+    behind = reach(free, middle, -across, 3 * n)
+    points = middle[:, None] + offsets[None, :, None] * across[:, None]
+    open_ = (offsets <= ahead[:, None]) & (offsets >= -behind[:, None])
+    k, s = np.nonzero(open_)
+    limit = 2 * n
+    profile = np.zeros(open_.shape)
+    profile[k, s] = reach(free, points[k, s], along[k], limit) + reach(free, points[k, s], -along[k], limit)
+    near_wall = dilate(~free, 2)
+    runs = np.stack([reach(near_wall, a, -along, n), reach(near_wall, b, along, n)], 1)
+    return Chords(posts, middle, along, gap - 1, np.stack([ahead, behind], 1), profile, runs, offsets)

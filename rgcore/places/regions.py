@@ -1,0 +1,187 @@
+"""Regions: the free space between the gateways."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rgcore.config import Places as Settings
+from rgcore.geometry import polygons, se2
+from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode
+from rgcore.places.chords import find_chords
+from rgcore.places.freespace import FreeSpace
+from rgcore.places.gateways import Hypotheses, judge, point
+from rgcore.places.places import FoundGateway, FoundRegion, Places
+from rgcore.scans.extract import Segments
+from rgcore.scans.log import ScanLog
+from rgcore.slam.trajectory import Trajectory
+
+MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
+"""A cell is free if that many beams went through it and at most this share of all its beams ended in it."""
+
+
+def find_places(
+    free: FreeSpace, log: ScanLog, trajectory: Trajectory, segments: Segments, settings: Settings
+) -> Places:
+    """Cut the free space at its gateways; what is left in one piece is a region."""
+    open_ = open_space(free, settings)
+    found = judge(find_chords(open_, free.resolution, settings), free.resolution, settings)
+    labels, cuts = cut(open_, found, free.resolution, settings)
+    return _places(free.grid(labels), found[np.array(cuts, int)], trajectory, settings)
+
+
+def open_space(free: FreeSpace, settings: Settings) -> np.ndarray:
+    """Mask (H, W) of the free space, with the small free-standing things in it taken away."""
+    total = free.hits + free.passes
+    mask = (free.passes >= MIN_PASSES) & (free.hits <= MAX_HIT_SHARE * total)
+    labels, stats = components(~mask, diagonal=True)
+    small = np.hypot(stats[:, 2], stats[:, 3]) * free.resolution < settings.clutter
+    small[0] = False
+    return mask | small[labels]
+
+
+def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Settings) -> tuple[np.ndarray, list[int]]:
+    """Labels (H, W) of the pieces, -1 = none, and which hypotheses separate two of them."""
+    walls = draw_lines(open_.shape, found.posts[:, 0], found.posts[:, 1], 2)
+    labels, stats = components(open_ & ~walls)
+    labels = labels.astype(np.int32) - 1
+    cuts = list(range(len(found)))
+    area = stats[1:, 4] * resolution**2
+    while True:
+        sides = {k: _sides(labels, found.posts[k]) for k in cuts}
+        cuts = [k for k in cuts if sides[k][0] != sides[k][1] and min(sides[k]) >= 0]
+        tiny = [(min(area[sides[k][0]], area[sides[k][1]]), k) for k in cuts]
+        least = min(tiny, default=(np.inf, -1))
+        if least[0] >= settings.min_area:
+            break
+        a, b = sides[least[1]]
+        small, large = (a, b) if area[a] < area[b] else (b, a)
+        area[large] += area[small]
+        area[small] = 0
+        labels[labels == small] = large
+    joined = {s for k in cuts for s in sides[k]}
+    keep = [i for i in range(len(area)) if area[i] >= settings.min_area and (i in joined or area[i] > 4)]
+    renumber = np.full(len(area) + 1, -1, np.int32)
+    renumber[keep] = np.arange(len(keep))
+    return _fill(renumber[labels], walls & open_), cuts
+
+
+def _fill(labels: np.ndarray, gap: np.ndarray) -> np.ndarray:
+    """Give the cells of the cuts to the nearest region."""
+    distance, nearest = clearance(labels < 0)
+    return np.where(gap & (distance <= 3), labels[nearest[..., 1], nearest[..., 0]], labels)
+
+
+def _sides(labels: np.ndarray, posts: np.ndarray) -> tuple[int, int]:
+    """The labels in front of and behind a chord."""
+    a, b = posts.astype(float)
+    u = (b - a) / np.hypot(*(b - a))
+    n = np.array([-u[1], u[0]])
+    out = []
+    for sign in (1, -1):
+        where = [a + t * (b - a) + 0.5 + sign * s * n for s in (3, 4, 5) for t in (0.3, 0.4, 0.5, 0.6, 0.7)]
+        seen = [int(labels[int(y), int(x)]) for x, y in where]
+        seen = [s for s in seen if s >= 0]
+        out.append(max(set(seen), key=seen.count) if seen else -1)
+    return out[0], out[1]
+
+
+def _places(labels: Grid, found: Hypotheses, trajectory: Trajectory, settings: Settings) -> Places:
+    """Number regions and gateways by the scan that came first, and describe them."""
+    positions = trajectory.map_from_base[:, :2]
+    at = labels.at(positions, outside=-1)
+    count = int(labels.values.max()) + 1
+    first = np.full(count, -1)
+    for i in reversed(range(len(at))):
+        if at[i] >= 0:
+            first[at[i]] = i
+    order = np.lexsort((np.arange(count), np.where(first < 0, len(at), first)))
+    rank = np.append(np.argsort(order), -1).astype(np.int32)
+    labels = labels.like(rank[labels.values])
+    regions = tuple(_region(labels, i, int(first[order[i]]), settings) for i in range(count))
+    gateways = [
+        _gateway(labels, found.posts[k], bool(found.opening[k]), float(found.score[k]), positions)
+        for k in range(len(found))
+    ]
+    known = [g for g in gateways if g is not None]
+    known.sort(key=lambda g: (g.first_scan if g.first_scan >= 0 else len(at), g.posts))
+    return Places(labels, regions, tuple(known))
+
+
+def _region(labels: Grid, index: int, first_scan: int, settings: Settings) -> FoundRegion:
+    mask = labels.values == index
+    shape = polygons.simplify(polygons.from_mask(labels.like(mask))[0], 1.5 * labels.resolution)
+    shape = polygons.without_small_holes(shape, 0.3)
+    boundary, holes = polygons.rings(shape)
+    inner = erode(mask, round(settings.robot_radius / labels.resolution))
+    cells = np.argwhere(inner if inner.any() else mask)[:, ::-1]
+    center, size, yaw = polygons.min_rectangle(labels.centers(cells))
+    return FoundRegion(
+        boundary=boundary, holes=holes, box_center=center, box_size=size, box_yaw=yaw, first_scan=first_scan
+    )
+
+
+def _gateway(
+    labels: Grid, posts: np.ndarray, opening: bool, score: float, positions: np.ndarray
+) -> FoundGateway | None:
+    a, b = labels.centers(posts)
+    u = (b - a) / np.hypot(*(b - a))
+    a, b = a + 0.5 * labels.resolution * u, b - 0.5 * labels.resolution * u
+    front, back = _sides(labels.values, posts)
+    if front < 0 or back < 0 or front == back:
+        return None
+    return describe(a, b, (front, back), "opening" if opening else "narrow_passage", score, positions)
+
+
+def describe(
+    a: np.ndarray, b: np.ndarray, sides: tuple[int, int], class_: str, confidence: float, positions: np.ndarray
+) -> FoundGateway:
+    """A gateway between posts a and b; ``sides`` are the regions left of and right of a -> b."""
+    middle, u = (a + b) / 2, (b - a) / np.hypot(*(b - a))
+    n = np.array([-u[1], u[0]])
+    passes = crossings(positions, a, b)
+    points = {sides[0]: middle + 0.5 * n, sides[1]: middle - 0.5 * n}
+    regions = tuple(sorted(sides))
+    angle = float(np.arctan2(n[1], n[0]))
+    return FoundGateway(
+        class_=class_,
+        confidence=round(confidence, 4),
+        regions=regions,
+        posts=(point(a), point(b)),
+        crossing_points=(point(middle),),
+        gateway_points=tuple(point(points[r]) for r in regions),
+        traversal_directions=(round(angle, 4), round(float(se2.wrap(angle + np.pi)), 4)),
+        passed=len(passes) > 0,
+        first_scan=int(passes[0]) if len(passes) else -1,
+    )
+
+
+def crossings(positions: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Indices of the scans after which the robot's way crosses the chord a - b."""
+    p, q = positions[:-1], positions[1:]
+
+    def side(o: np.ndarray, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+        return (t[..., 0] - o[..., 0]) * (x[..., 1] - o[..., 1]) - (t[..., 1] - o[..., 1]) * (x[..., 0] - o[..., 0])
+
+    crossed = (side(p, q, a) * side(p, q, b) <= 0) & (side(a, b, p) * side(a, b, q) <= 0)
+    return np.nonzero(crossed & (np.abs(q - p).sum(1) > 0))[0]
+
+
+PROBES = (0.1, 0.15, 0.2, 0.3)
+"""m: how far off a segment, towards its free side, its region is looked up."""
+
+
+def region_of_segments(segments: Segments, trajectory: Trajectory, places: Places) -> np.ndarray:
+    """(M,) index of the region whose free space each segment bounds, -1 = none.
+
+    Probes the label raster a little to the left of start -> end, at the middle first and then nearer to the ends.
+    """
+    ends = se2.transform(trajectory.map_from_laser[segments.scan][:, None], segments.ends)
+    d = ends[:, 1] - ends[:, 0]
+    n = np.stack([-d[:, 1], d[:, 0]], 1) / np.maximum(np.hypot(*d.T), 1e-9)[:, None]
+    region = np.full(len(segments), -1)
+    for share in (0.5, 0.3, 0.7):
+        for step in PROBES:
+            open_ = region < 0
+            points = ends[open_, 0] + share * d[open_] + step * n[open_]
+            region[open_] = places.labels.at(points, outside=-1)
+    return region
