@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from rgcore.geometry import moments as mo
@@ -67,6 +67,7 @@ def test_moving_the_moments_is_moving_the_segments(s: np.ndarray, dx: float, dy:
     assert mo.moments(s, about=(-dx, -dy)).sum(0) == pytest.approx(moved, abs=1e-5)
 
 
+@settings(deadline=None)  # the first call compiles
 @given(segment)
 def test_line_of_one_segment_goes_through_its_ends(s: np.ndarray) -> None:
     length = np.hypot(*(s[1] - s[0]))
