@@ -42,12 +42,11 @@ def _cast(
             dx, dy = segments[k, 2] - x, segments[k, 3] - y
             bx, by = c * dx + s * dy, c * dy - s * dx
             area = ax * by - ay * bx
-            if area == 0.0:
-                continue
             if area < 0.0:
                 ax, ay, bx, by, area = bx, by, ax, ay, -area
             ex, ey = bx - ax, by - ay
-            if area > max_range * np.sqrt(ex * ex + ey * ey):
+            length = np.sqrt(ex * ex + ey * ey)
+            if area > max_range * length or area <= 1e-9 * length:  # too far, or seen edge on
                 continue
             first = np.arctan2(ay, ax)
             last = np.arctan2(by, bx)
