@@ -19,8 +19,8 @@ segment = st.tuples(coordinate, coordinate, coordinate, coordinate).map(lambda t
 
 
 def test_no_overlap_takes_the_smaller_mean() -> None:
-    # figure 5a. b's ends are 0.1 and 0.3 off the line of a: res_2 = 0.2. The line of b is y = (x - 2) / 10: a's ends lie
-    # 0.2 and 0 off it along y, so across it res_1 = 0.1 / sqrt(1.01), the smaller
+    # figure 5a. b's ends are 0.1 and 0.3 off the line of a: res_2 = 0.2. The line of b is y = (x - 2) / 10; a's ends
+    # lie 0.2 and 0 off it along y, so across it res_1 = 0.1 / sqrt(1.01), the smaller
     d, overlap = line_distance(seg(0, 0, 2, 0), seg(3, 0.1, 5, 0.3))
     assert (d, overlap) == (pytest.approx(0.1 / np.sqrt(1.01)), 0)
 
