@@ -40,3 +40,8 @@ def class_color(name: str) -> RGB:
         return UNKNOWN_CLASS
     h = hashlib.sha256(name.encode()).digest()
     return (80 + h[0] % 140, 60 + h[1] % 120, 90 + h[2] % 140)
+
+
+def as_hex(color: RGB) -> str:
+    """``#rrggbb``."""
+    return "#{:02x}{:02x}{:02x}".format(*color)

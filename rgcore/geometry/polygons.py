@@ -55,6 +55,16 @@ def triangulate(boundary: Ring, holes: tuple[Ring, ...] = ()) -> np.ndarray:
     return np.array(triangles).reshape(-1, 3, 2)
 
 
+def inner_circle(boundary: Ring, holes: tuple[Ring, ...] = ()) -> tuple[tuple[float, float], float]:
+    """Centre and radius [m] of the largest circle within the polygon, to 5 cm: where a label has most room."""
+    shape = polygon(boundary, holes)
+    if shape.is_empty:
+        return boundary[0], 0.0
+    radius = shapely.maximum_inscribed_circle(shape, 0.05)
+    x, y = radius.coords[0]
+    return (float(x), float(y)), float(radius.length)
+
+
 def _parts(shape: shapely.Geometry) -> list[Polygon]:
     """The polygons of whatever an operation gave."""
     if isinstance(shape, Polygon):

@@ -1,0 +1,100 @@
+"""The formats that a map is written to, by the ending of the file.
+
+To add one, write a module with ``render(map, trajectory, options) -> bytes`` and add a row to ``FORMATS``.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from rgcore.errors import RgError
+from rgcore.exports import gltf, rgjson, svg, tum
+from rgcore.exports.options import Options
+from rgcore.model.records import RGMap
+from rgcore.slam.trajectory import Trajectory
+
+Render = Callable[[RGMap, "Trajectory | None", Options], bytes]
+
+
+class Format(NamedTuple):
+    """``title`` for menus, ``media_type`` for downloads, ``render`` gives the bytes of the file."""
+
+    title: str
+    media_type: str
+    render: Render
+
+
+FORMATS: dict[str, Format] = {
+    ".json": Format("Map (JSON)", "application/json", rgjson.render),
+    ".glb": Format("3D model (glTF)", "model/gltf-binary", gltf.render),
+    ".svg": Format("Drawing (SVG)", "image/svg+xml", svg.render),
+    ".tum": Format("Trajectory (TUM)", "text/plain", tum.render),
+}
+"""By ending, in the order in which menus show them."""
+
+
+def render(ending: str, map: RGMap, trajectory: Trajectory | None = None, *, wall_height: float = 2.5) -> bytes:
+    """The map in the format of an ending such as ``.glb``.
+
+    wall_height: m, how high lines are extruded where the format has a height. Raises RgError for an unknown ending, a
+    setting out of bounds, or where the format needs a trajectory and there is none.
+    """
+    found = FORMATS.get(ending.lower())
+    if found is None:
+        raise RgError(f"no export format {ending or '(no ending)'}; known endings: {' '.join(FORMATS)}")
+    if not 0.01 <= wall_height <= 100:
+        raise RgError(f"wall height {wall_height:g} m: must lie between 0.01 and 100 m")
+    return found.render(map, trajectory, Options(wall_height=wall_height))
+
+
+def export(path: str | Path, map: RGMap, trajectory: Trajectory | None = None, *, wall_height: float = 2.5) -> None:
+    """Write the map to a file; its ending names the format. The file is there whole or not at all.
+
+    Raises RgError as :func:`render` does, and where the file cannot be written.
+    """
+    path = Path(path)
+    try:
+        data = render(path.suffix, map, trajectory, wall_height=wall_height)
+    except RgError as e:
+        raise RgError(f"{path}: {e}") from e
+    try:
+        _write_whole(path, data)
+    except OSError as e:
+        raise RgError(f"{path}: cannot be written: {e.strerror or e}") from e
+
+
+@dataclass(frozen=True)
+class _Temporary:
+    """A file beside the target that is gone afterwards unless it was moved there."""
+
+    name: str
+
+    def __enter__(self) -> str:
+        return self.name
+
+    def __exit__(self, *_: object) -> None:
+        with suppress(FileNotFoundError):
+            os.unlink(self.name)
+
+
+def _write_whole(path: Path, data: bytes) -> None:
+    """Write beside the target, flush to the disk, then take its place."""
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    with _Temporary(name), os.fdopen(handle, "wb") as file:
+        file.write(data)
+        file.flush()
+        os.fsync(file.fileno())
+        os.chmod(name, 0o666 & ~_umask())
+        os.replace(name, path)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
