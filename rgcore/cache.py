@@ -1,4 +1,4 @@
-"""The stage cache: results by the key of what made them. It only saves time: whatever is wrong with it, the stage is computed."""
+"""The stage cache: results by the key of what made them. Whatever is wrong with it, the stage is computed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import hashlib
 import importlib
 import json
 import os
+import threading
+import time
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from functools import lru_cache
@@ -33,7 +35,7 @@ class Cache:
         self.folder = Path(folder) if folder is not None else None
 
     def key(self, stage: str, *inputs: object) -> str:
-        """SHA-256 (hex) over the software, the stage and its inputs: settings structs, keys of other results, plain values."""
+        """SHA-256 (hex) over software, stage and inputs: settings structs, keys of other results, plain values."""
         h = hashlib.sha256(software().encode())
         for part in (stage, *inputs):
             data = msgspec.json.encode(part, order="deterministic")
@@ -58,12 +60,11 @@ class Cache:
 
 @lru_cache(maxsize=1)
 def software() -> str:
-    """Version of the software with a digest of the stages' own source: changed code never meets old results."""
+    """Version of the software with a digest of the stages' own source and weights: changed code never meets old results."""
     root = Path(rgcore.__file__).parent
     h = hashlib.sha256()
-    for file in sorted(
-        [root / "evidence.py", root / "cache.py", *(f for room in _ROOMS for f in (root / room).rglob("*.py"))]
-    ):
+    rooms = (f for room in _ROOMS for f in (root / room).rglob("*") if f.suffix in (".py", ".npz"))
+    for file in sorted([root / "evidence.py", root / "cache.py", *rooms]):
         h.update(file.read_bytes())
     return f"{rgcore.__version__}+{h.hexdigest()[:16]}"
 
@@ -73,7 +74,7 @@ def _store(file: Path, key: str, value: Any) -> None:
     tree = json.dumps({"key": key, "value": _taken_apart(value, arrays)}).encode()
     named = {f"a{i}": a for i, a in enumerate(arrays)}
     file.parent.mkdir(parents=True, exist_ok=True)
-    new = file.with_name(f".{file.stem}.{os.getpid()}.tmp")
+    new = file.with_name(f".{file.stem}.{os.getpid()}.{threading.get_ident()}.tmp")
     try:
         with open(new, "wb") as f:
             np.savez_compressed(f, tree=np.frombuffer(tree, np.uint8), **named)  # type: ignore[arg-type]
@@ -143,5 +144,6 @@ def _type(name: str, base: type) -> Any:
 
 def _forget_old(folder: Path, stage: str) -> None:
     files = sorted(folder.glob(f"{stage}-*.npz"), key=lambda f: f.stat().st_mtime, reverse=True)
-    for file in files[KEEP:]:
+    killed = [f for f in folder.glob(".*.tmp") if f.stat().st_mtime < time.time() - 3600]  # writers that never finished
+    for file in [*files[KEEP:], *killed]:
         file.unlink(missing_ok=True)

@@ -34,7 +34,7 @@ DIGITS = 6
 """Numbers of the document are micrometres and microradians: exact in JSON, far below what a laser measures."""
 
 FEW = 3
-"""Sightings: a line seen less often from a region is chance (a scan matched badly, a door just passing) and not listed there."""
+"""Sightings: a line seen less often from a region is chance (a badly matched scan, a glimpse) and not listed there."""
 
 NAMES = {"CDMA": "Hallway", "ODMA": "Hallway", "TOMA": "Room", "CC": "Cluttered room"}
 

@@ -17,8 +17,8 @@ SNAP = math.radians(5)
 def fit_box(ends: np.ndarray, axes: tuple[float, ...] = ()) -> tuple[Point, tuple[float, float], float]:
     """Smallest rectangle over lines ``ends`` (K, 2, 2) [m] among those along one of them: centre, size, yaw.
 
-    ``axes`` [rad]: main axes of the region; a box within 5 degrees of one (or across it) stands along it. The size is along
-    and across ``yaw``, the longer first; yaw in (-pi/2, pi/2]; rounded to micrometres.
+    ``axes`` [rad]: main axes of the region; a box within 5 degrees of one (or across it) stands along it. The size is
+    along and across ``yaw``, the longer first; yaw in (-pi/2, pi/2]; rounded to micrometres.
     """
     ends = np.asarray(ends, float)
     d = ends[:, 1] - ends[:, 0]
@@ -34,7 +34,7 @@ def fit_box(ends: np.ndarray, axes: tuple[float, ...] = ()) -> tuple[Point, tupl
     if across > along:
         along, across, yaw = across, along, yaw + math.pi / 2
     yaw = -((-yaw + math.pi / 2) % math.pi - math.pi / 2)
-    return (round(float(x), 6), round(float(y), 6)), (round(float(along), 6), round(float(across), 6)), round(yaw, 6)
+    return (_r(x), _r(y)), (_r(along), _r(across)), _r(yaw)
 
 
 def _span(ends: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
@@ -42,6 +42,10 @@ def _span(ends: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
     c, s = math.cos(yaw), math.sin(yaw)
     q = ends.reshape(-1, 2) @ np.array([[c, -s], [s, c]])
     return q.min(0), q.max(0)
+
+
+def _r(value: float) -> float:
+    return round(float(value), 6) + 0.0  # + 0.0: never -0.0
 
 
 def _snapped(yaw: float, axes: tuple[float, ...]) -> float:

@@ -21,24 +21,20 @@ def check(map: RGMap) -> list[Finding]:
 
 
 def _gateways(map: RGMap) -> list[Finding]:
-    """A passage joins two regions, a T junction three or fewer, an X four or fewer; none names a region that is not there."""
+    """A gateway joins two regions (a junction any number); none names a region that is not there."""
     out = []
     for g in map.gateways.values():
         joined = [r for r in dict.fromkeys(g.regions) if r in map.regions]
         gone = [r for r in g.regions if r not in map.regions]
         if gone:
-            out.append(
-                Finding(
-                    rule="gateway-regions", item=g.id, text=f"{g.id} names {', '.join(gone)}, which is not in the map"
-                )
-            )
+            text = f"{g.id} names {', '.join(gone)}, which is not in the map"
         elif len(joined) != 2 and not g.class_.startswith("junction_"):
-            count = f"{len(joined)} region{'s' * (len(joined) != 1)}"
-            out.append(
-                Finding(rule="gateway-regions", item=g.id, text=f"{g.id} ({g.class_}) joins {count} instead of 2")
-            )
+            text = f"{g.id} ({g.class_}) joins {len(joined)} region{'s' * (len(joined) != 1)} instead of 2"
         elif not joined:
-            out.append(Finding(rule="gateway-regions", item=g.id, text=f"{g.id} ({g.class_}) belongs to no region"))
+            text = f"{g.id} ({g.class_}) belongs to no region"
+        else:
+            continue
+        out.append(Finding(rule="gateway-regions", item=g.id, text=text))
     return out
 
 
@@ -52,7 +48,7 @@ def _unreachable(map: RGMap) -> list[Finding]:
         Finding(
             rule="unreachable",
             item=id,
-            text=f"{_called(map.regions[id])} cannot be reached: no gateway leads there from the rest",
+            text=f"{_called(map.regions[id])} cannot be reached from the rest",
         )
         for id in map.regions
         if id not in main

@@ -15,7 +15,7 @@ def write_file(path: Path, data: bytes) -> None:
 
 
 def replace_file(path: Path, data: bytes) -> None:
-    """Replace a file at once: whoever reads it sees the old or the new content. Raises OSError and then leaves the old."""
+    """Replace a file at once: readers see the old or the new content. Raises OSError, and then leaves the old."""
     new = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         write_file(new, data)

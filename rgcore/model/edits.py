@@ -1,7 +1,8 @@
 """Edits: each is a frozen value that says what shall be, and a function from a map to a map.
 
-A new edit is one class here and one word in ``AnyEdit``: journal, undo, scripting, provenance and carrying to a new run follow
-from its fields and their types (``fields.py``). Consistency of the map lives in the edit; to ask whether one is allowed is to try it.
+A new edit is one class here and one word in ``AnyEdit``: journal, undo, scripting, provenance and carrying to a new run
+follow from its fields and their types (``fields.py``). Consistency of the map lives in the edit; to ask whether one is
+allowed is to try it.
 """
 
 from __future__ import annotations
@@ -18,12 +19,13 @@ from rgcore.model.fields import (
     Angle,
     ClassName,
     GatewayId,
-    LineId,
+    LineIds,
     Name,
     NewObjectId,
     ObjectId,
     Place,
     Place3,
+    Places,
     RegionId,
     Size3,
     Text,
@@ -116,32 +118,26 @@ class MoveGateway(Edit, frozen=True):
 
     gateway: GatewayId
     posts: tuple[Place, Place]
-    crossing_points: tuple[Place, ...] | None = None
-    gateway_points: tuple[Place, ...] | None = None
+    crossing_points: Places | None = None
+    gateway_points: Places | None = None
 
     def change(self, map: RGMap) -> RGMap:
         old = _gateway(map, self.gateway)
         if math.dist(*self.posts) < 0.05:
             raise EditError(f"the posts of {self.gateway} would stand less than 5 cm apart")
         if self.gateway_points is not None and len(self.gateway_points) != len(old.regions):
-            raise EditError(
-                f"{self.gateway} needs {len(old.regions)} gateway-points, one a region, not {len(self.gateway_points)}"
-            )
-        if self.crossing_points is not None and not self.crossing_points:
-            raise EditError(f"{self.gateway} needs at least one crossing-point")
+            given = len(self.gateway_points)
+            raise EditError(f"{self.gateway} needs {len(old.regions)} gateway-points, one a region, not {given}")
         follow = _Follow(old.posts, self.posts)
+        crossing, points = self.crossing_points, self.gateway_points
         return _with(
             map,
             "gateways",
             replace(
                 old,
                 posts=self.posts,
-                crossing_points=follow.points(old.crossing_points)
-                if self.crossing_points is None
-                else self.crossing_points,
-                gateway_points=follow.points(old.gateway_points)
-                if self.gateway_points is None
-                else self.gateway_points,
+                crossing_points=follow.points(old.crossing_points) if crossing is None else crossing,
+                gateway_points=follow.points(old.gateway_points) if points is None else points,
                 traversal_directions=follow.directions(old.traversal_directions),
             ),
         )
@@ -166,7 +162,7 @@ class SeedObject(Edit, frozen=True):
     """There is an object over these lines; the box stands in the edit, so that it replays to the same box."""
 
     id: NewObjectId
-    lines: tuple[LineId, ...]
+    lines: LineIds
     center: Place3
     size: Size3
     yaw: Angle
@@ -176,8 +172,6 @@ class SeedObject(Edit, frozen=True):
     def change(self, map: RGMap) -> RGMap:
         if self.id in map.objects:
             raise EditError(f"there is already an object {self.id} in this map")
-        if not self.lines:
-            raise EditError("an object needs at least one line")
         if len(set(self.lines)) < len(self.lines):
             raise EditError("a line is named twice")
         for line in self.lines:
@@ -213,8 +207,7 @@ class MoveObject(Edit, frozen=True):
         return _with(map, "objects", moved)
 
     def title(self, map: RGMap) -> str:
-        old = map.objects.get(self.object)
-        return f"{'resize' if old is not None and old.center == self.center and old.size != self.size else 'move'} {self.object}"
+        return f"move {self.object}"
 
 
 class LabelObject(Edit, frozen=True):
@@ -259,7 +252,7 @@ EDITS: dict[str, type[Edit]] = {e.__name__: e for e in get_args(AnyEdit)}
 
 
 def decode_edit(text: str | bytes) -> AnyEdit:
-    """An edit from its JSON, ``{"edit": "RenameRegion", "region": "r3", "name": "Lab"}``. Raises EditError with a sentence."""
+    """An edit from its JSON: ``{"edit": "RenameRegion", "region": "r3", "name": "Lab"}``. Raises EditError."""
     try:
         raw = msgspec.json.decode(text)
     except (msgspec.DecodeError, ValueError) as e:
@@ -314,7 +307,7 @@ class _Follow:
         for p in points:
             d = np.array(p) - self.mid
             d = d + (self.stretch - 1) * (d @ self.along) * self.along
-            x, y = self.new_mid + (c * d[0] - s * d[1], s * d[0] + c * d[1])
+            x, y = self.new_mid + np.array([c * d[0] - s * d[1], s * d[0] + c * d[1]])
             out.append((round(float(x), 6), round(float(y), 6)))
         return tuple(out)
 
@@ -349,7 +342,7 @@ def _object(map: RGMap, id: str) -> MapObject:
 
 
 def _with(map: RGMap, kind: str, item: Any) -> RGMap:
-    """The map with one item set; an equal one is left as it is, so that an edit that changes nothing gives the same map."""
+    """The map with one item set; the same map if it is equal already."""
     items = getattr(map, kind)
     return map if items.get(item.id) == item else replace(map, **{kind: {**items, item.id: item}})
 

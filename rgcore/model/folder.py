@@ -14,6 +14,7 @@ import numpy as np
 
 from rgcore import __version__
 from rgcore.errors import ProjectError
+from rgcore.evidence import Evidence
 from rgcore.model.base import decode_map, encode_map
 from rgcore.model.cloud import thinned
 from rgcore.model.disk import replace_file, sync_folder, write_file
@@ -99,20 +100,27 @@ def current(path: Path) -> str:
     raise ProjectError(f"{path / 'current'}: names no run of this project; {remedy}")
 
 
-def create(path: Path, run: Run) -> None:
-    """The folder of a new project with its first run. Raises ProjectError; nothing new is then left behind."""
+def claim(path: Path) -> None:
+    """Make the folder that a new project goes into. Raises ProjectError if it holds anything else."""
     if path.exists() and (not path.is_dir() or (path / "current").exists() or not _unfinished(path)):
         raise ProjectError(f"{path}: there is something already; choose another name, or remove it")
-    made = not path.exists()
-    info = ProjectInfo(version=VERSION, name=path.stem, log=LogInfo(run.log.source, run.log.sha256))
     try:
         path.mkdir(parents=True, exist_ok=True)
+    except OSError as e:
+        raise _unwritable(path, e) from e
+
+
+def create(path: Path, run: Run) -> None:
+    """A new project with its first run in a claimed folder. Raises ProjectError; the folder is then without one."""
+    info = ProjectInfo(version=VERSION, name=path.stem, log=LogInfo(run.log.source, run.log.sha256))
+    try:
         shutil.rmtree(path / "runs", ignore_errors=True)
         replace_file(path / "project.toml", msgspec.toml.encode(info))
         _write_run(path, "0001", run, (), ())
     except BaseException as e:
-        shutil.rmtree(path if made else path / "runs", ignore_errors=True)
-        (path / "project.toml").unlink(missing_ok=True)
+        shutil.rmtree(path / "runs", ignore_errors=True)
+        for name in ("current", "project.toml"):
+            (path / name).unlink(missing_ok=True)
         if isinstance(e, OSError):
             raise _unwritable(path, e) from e
         raise
@@ -140,9 +148,7 @@ def _write_run(path: Path, name: str, run: Run, entries: Sequence[Do], conflicts
         new.mkdir(parents=True)
         points, scans = thinned(run.log, run.trajectory, run.config.slam.max_range)
         write_file(new / "run.json", _json(_info(run)))
-        write_file(
-            new / "trajectory.npz", _npz(**{k: getattr(run.trajectory, k) for k in Trajectory.__dataclass_fields__})
-        )
+        write_file(new / "trajectory.npz", _saved(run.trajectory))
         write_file(new / "points.npz", _npz(points=points, scans=scans))
         write_file(new / "base.json", encode_map(run.map))
         write_file(new / "edits.jsonl", encode_journal(entries))
@@ -212,6 +218,12 @@ def _read(file: Path, parse: Callable[[bytes], T]) -> T:
 def _npz(**arrays: np.ndarray) -> bytes:
     out = io.BytesIO()
     np.savez_compressed(out, **arrays)  # type: ignore[arg-type]
+    return out.getvalue()
+
+
+def _saved(evidence: Evidence) -> bytes:
+    out = io.BytesIO()
+    evidence.save(out)  # type: ignore[arg-type]
     return out.getvalue()
 
 

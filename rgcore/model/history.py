@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from datetime import datetime, timezone
 from typing import Annotated, Any
 
 import msgspec
@@ -15,7 +16,12 @@ from rgcore.model.records import Provenance, RGMap, replace
 
 KINDS = ("lines", "regions", "gateways", "objects")
 
-By = Annotated[str, Meta(max_length=80, pattern=r"^[^\x00-\x1f\x7f]*$")]
+By = Annotated[str, Meta(max_length=80, pattern=r"^[^\x00-\x1f\x7f]*\Z")]
+
+
+def now() -> str:
+    """The time, as it stands in a journal: UTC, ISO 8601, whole seconds."""
+    return datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 class Entry(msgspec.Struct, frozen=True, kw_only=True, tag_field="type"):
@@ -44,7 +50,7 @@ AnyEntry = Do | Undo | Redo
 
 
 class Change(msgspec.Struct, frozen=True):
-    """One item before and after; None = was not there. ``place``: where a removed one stood among the items of its kind."""
+    """One item before and after; None = not there. ``place``: where a removed one stood among those of its kind."""
 
     kind: str
     id: str
@@ -57,7 +63,7 @@ Patch = tuple[Change, ...]
 
 
 class Done(msgspec.Struct, frozen=True):
-    """An edit in the history: its entry, its name for a person, what it changed."""
+    """An edit in the history: its entry, its name for a person, what it changed (perhaps nothing)."""
 
     entry: Do
     title: str
@@ -87,17 +93,11 @@ class History:
         """What redo would make again; None if nothing."""
         return self.undone[-1].title if self.undone else None
 
-    @property
-    def standing(self) -> tuple[Do, ...]:
-        """The edits that hold, in their order."""
-        return tuple(d.entry for d in self.done)
-
 
 def step(history: History, entry: AnyEntry) -> History:
-    """The history after one more entry; the same history if an edit changes nothing.
+    """The history after one more entry. Every item that an edit changes gets its provenance here.
 
-    Every item that an edit touches gets its provenance here. Raises EditError if the map refuses the edit, or if there is
-    nothing to undo or redo.
+    Raises EditError if the map refuses the edit, or if there is nothing to undo or redo.
     """
     if isinstance(entry, Do):
         return _do(history, entry)
@@ -165,8 +165,6 @@ def patched(map: RGMap, patch: Patch, back: bool = False) -> RGMap:
 
 def _do(history: History, entry: Do) -> History:
     raw = difference(history.map, entry.edit.apply(history.map))
-    if not raw:
-        return history
     patch = tuple(c if c.after is None else msgspec.structs.replace(c, after=_signed(c, entry)) for c in raw)
     done = Done(entry, entry.edit.title(history.map), patch)
     return History(history.base, patched(history.map, patch), (*history.done, done))

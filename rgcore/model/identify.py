@@ -75,7 +75,7 @@ def _region_scores(one: Any, others: Sequence[Any]) -> np.ndarray:
 
 
 def _line_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
-    """Common part of two lines over all of both, less where they lie askew or aside. Direction counts: a wall has two faces."""
+    """Common part of two lines over all of both, less where they lie aside. Direction counts: a wall has two faces."""
     a, b = one, np.stack(others)
     d = a[1] - a[0]
     length = max(float(np.hypot(*d)), 1e-9)

@@ -1,7 +1,7 @@
 """The journal: what people did, one checksummed line an entry, on the disk before anybody sees it.
 
-A line is ``{"crc":"1f2e3d4c","entry":{...}}`` with the CRC-32 of the entry's bytes. A torn end (power cut, kill, full disk) is
-recognised by it and set aside; damage in the middle is no crash and is told as an error.
+A line is ``{"crc":"1f2e3d4c","entry":{...}}`` with the CRC-32 of the entry's bytes. A torn end (power cut, kill, full
+disk) is recognised by it and set aside; damage before the end cannot come from a crash and is an error.
 """
 
 from __future__ import annotations
@@ -42,9 +42,8 @@ class Journal:
         self._newline = self._size > 0 and data[self._size - 1 : self._size] != b"\n"
         self.notes: list[str] = []
         if self._torn.strip(b"\0"):
-            self.notes.append(
-                f"{self.path}: the last entry was torn ({len(self._torn)} bytes); all {len(self.entries)} before it are there"
-            )
+            size, kept = len(self._torn), len(self.entries)
+            self.notes.append(f"{self.path}: the last entry was torn ({size} bytes); all {kept} before it are there")
         self._dirty = bool(self._torn)
         self._fd: int | None = None
 
@@ -120,20 +119,19 @@ def _parse(path: Path, data: bytes) -> tuple[list[AnyEntry], int]:
     last = max((i for i, body in enumerate(whole) if body is not None), default=-1)
     entries: list[AnyEntry] = []
     for i, body in enumerate(whole[: last + 1]):
+        if not lines[i].strip():
+            continue
         if body is None:
-            raise ProjectError(
-                f"{path}:{i + 1}: this entry is damaged; restore the file, or take the line out to go on without it"
-            )
+            remedy = "restore the file, or take the line out to go on without it"
+            raise ProjectError(f"{path}:{i + 1}: this entry is damaged; {remedy}")
         try:
             entry: AnyEntry = msgspec.json.decode(body, type=AnyEntry)
         except msgspec.ValidationError as e:
-            raise ProjectError(
-                f"{path}:{i + 1}: {e}; made by a newer rgviz? then upgrade with `pip install -U rgviz`"
-            ) from e
+            remedy = "made by a newer rgviz? then upgrade with `pip install -U rgviz`"
+            raise ProjectError(f"{path}:{i + 1}: {e}; {remedy}") from e
         if entries and entry.number <= entries[-1].number:
-            raise ProjectError(
-                f"{path}:{i + 1}: entry {entry.number} stands after entry {entries[-1].number}; restore the file"
-            )
+            order = f"entry {entry.number} stands after entry {entries[-1].number}"
+            raise ProjectError(f"{path}:{i + 1}: {order}; restore the file")
         entries.append(entry)
     end = sum(len(line) + 1 for line in lines[: last + 1])
     return entries, min(end, len(data))

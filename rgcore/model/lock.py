@@ -6,10 +6,11 @@ import errno
 import fcntl
 import os
 import socket
-from datetime import datetime, timezone
 from pathlib import Path
 
 import msgspec
+
+from rgcore.model.history import now
 
 
 class Holder(msgspec.Struct, frozen=True):
@@ -72,7 +73,7 @@ class Lock:
         me = Holder(
             os.getpid(),
             socket.gethostname(),
-            datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z"),
+            now(),
         )
         try:
             os.ftruncate(self._fd, 0)

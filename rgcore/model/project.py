@@ -1,15 +1,16 @@
 """The project: a folder that holds the runs of a map and what people did to it.
 
-    office.rg/  project.toml   current   lock   cache/   runs/0001/{run.json trajectory.npz points.npz base.json edits.jsonl conflicts.json}
+    office.rg/  project.toml  current  lock  cache/
+                runs/0001/  run.json  trajectory.npz  points.npz  base.json  edits.jsonl  conflicts.json
 
-One process writes (``lock``); others read. A run's folder is written whole under another name, then ``current`` is flipped.
+One process writes (``lock``); others read. A run's folder is written whole under another name, then ``current`` is
+flipped.
 """
 
 from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from datetime import datetime, timezone
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from rgcore.errors import ProjectError
 from rgcore.model import folder
 from rgcore.model.edits import Edit
 from rgcore.model.folder import RunInfo
-from rgcore.model.history import AnyEntry, Do, History, Redo, Undo, replay, step
+from rgcore.model.history import AnyEntry, Do, History, Redo, Undo, now, replay, step
 from rgcore.model.journal import Journal, readable
 from rgcore.model.lock import Holder, Lock
 from rgcore.model.rebase import Conflict, Drift, rebase
@@ -33,7 +34,8 @@ if TYPE_CHECKING:
 class Project:
     """An open project. All methods may be called from any thread.
 
-    path        the folder
+    path, name  the folder, and what the project is called
+    run_name, run_info, trajectory, conflicts   of the current run
     read_only   another process holds it (``holder`` says who), or its folder cannot be written
     notes       what was found unusual when it was opened, a line each
     """
@@ -48,8 +50,16 @@ class Project:
     def create(cls, path: str | Path, run: Run) -> Project:
         """Make the folder of a new project from its first run, and open it. Raises ProjectError."""
         path = Path(path)
-        folder.create(path, run)
-        return cls.open(path)
+        folder.claim(path)
+        lock = Lock(path / "lock")
+        try:
+            if not lock.held:
+                raise ProjectError(f"{path}: {lock.reason}")
+            folder.create(path, run)
+            return cls(path, lock)
+        except BaseException:
+            lock.release()
+            raise
 
     @classmethod
     def open(cls, path: str | Path) -> Project:
@@ -66,17 +76,15 @@ class Project:
     def _load(self) -> None:
         self.run_name = folder.current(self.path)
         where = self.path / "runs" / self.run_name
+        self.name = folder.check(self.path).name
         self.run_info: RunInfo = folder.read_info(where)
         self.trajectory: Trajectory = folder.read_trajectory(where)
         self.conflicts: tuple[Conflict, ...] = folder.read_conflicts(where)
         self._points: tuple[np.ndarray, np.ndarray] | None = None
         self._journal = Journal(where / "edits.jsonl")
         self._history, notes = replay(folder.read_base(where), self._journal.entries)
-        self.notes = [*self._lock.notes, *self._journal.notes, *notes]
-
-    @property
-    def name(self) -> str:
-        return folder.check(self.path).name
+        torn = [] if self.read_only else self._journal.notes  # another process may be writing its last entry right now
+        self.notes = [*self._lock.notes, *torn, *notes]
 
     @property
     def read_only(self) -> bool:
@@ -114,29 +122,28 @@ class Project:
     def do(self, edit: Edit, by: str | None = None) -> RGMap:
         """Make an edit; it is on the disk when this returns. An edit that changes nothing is not recorded.
 
-        Raises EditError if the map refuses it, ProjectError if the project is read-only or the disk full; nothing is changed then.
+        Raises EditError if the map refuses it, ProjectError if the project is read-only or the disk full; nothing is
+        changed then.
         """
         checked = edit.checked()
-        return self._step(lambda number: Do(number=number, at=_now(), by=by, edit=checked))  # type: ignore[arg-type]
+        return self._step(lambda number: Do(number=number, at=now(), by=by, edit=checked))  # type: ignore[arg-type]
 
     def undo(self, by: str | None = None) -> RGMap:
         """Take the last standing edit back. Raises as ``do``."""
-        return self._step(lambda number: Undo(number=number, at=_now(), by=by))
+        return self._step(lambda number: Undo(number=number, at=now(), by=by))
 
     def redo(self, by: str | None = None) -> RGMap:
         """Make the edit again that was taken back last. Raises as ``do``."""
-        return self._step(lambda number: Redo(number=number, at=_now(), by=by))
+        return self._step(lambda number: Redo(number=number, at=now(), by=by))
 
     def add_run(self, run: Run) -> tuple[Conflict, ...]:
-        """Make ``run`` the current one, with the standing edits carried over; those that could not be (also of ``conflicts``).
+        """Make ``run`` the current one, with the standing edits carried over; gives ``conflicts``.
 
         Raises ProjectError if the project is read-only or cannot be written; it is unchanged then.
         """
         with self._mutex:
             self._must_write()
-            standing = [(done.entry, done.title) for done in self._history.done]
-            drift = Drift(self.trajectory, run.trajectory)
-            taken, lost = rebase(self.run_name, self.base, standing, run.map, drift)
+            taken, lost = rebase(self.run_name, self._history, run.map, Drift(self.trajectory, run.trajectory))
             folder.add_run(self.path, run, taken, (*self.conflicts, *lost))
             self._journal.close()
             self._load()
@@ -159,9 +166,10 @@ class Project:
             self._must_write()
             entry = readable(make(self._journal.next_number))
             after = step(self._history, entry)
-            if after is not self._history:
-                self._journal.append(entry)
-                self._history = after
+            if isinstance(entry, Do) and not after.done[-1].patch:
+                return self._history.map
+            self._journal.append(entry)
+            self._history = after
             return after.map
 
     def _must_write(self) -> None:
@@ -173,7 +181,3 @@ class Project:
             if self._points is None:
                 self._points = folder.read_points(self.path / "runs" / self.run_name)
             return self._points
-
-
-def _now() -> str:
-    return datetime.now(timezone.utc).isoformat(timespec="seconds").replace("+00:00", "Z")

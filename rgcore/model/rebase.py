@@ -1,13 +1,12 @@
 """Carrying edits to a new run: ids by matching the old base with the new one, places with the poses near them.
 
-``carry`` walks an edit by the types of its fields (``fields.py``), so a new kind of edit needs no code here. Each edit ends as
-applied or as a conflict that is kept and told: nothing is guessed, nothing vanishes.
+``carry`` walks an edit by the types of its fields (``fields.py``), so a new edit needs no code here. Each edit ends as applied or as a conflict that is kept and told: nothing is guessed, nothing vanishes.
 """
 
 from __future__ import annotations
 
 import types
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -83,7 +82,7 @@ class Drift:
 
 
 def _same_scans(old: Trajectory, new: Trajectory) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of scans that both runs hold: by their order where one log begins like the other, else by stamps that occur once."""
+    """Indices of scans that both runs hold: by order where one log begins like the other, else by unique stamps."""
     n = min(len(old), len(new))
     if n and np.array_equal(old.stamps[:n], new.stamps[:n]):
         return np.arange(n), np.arange(n)
@@ -124,10 +123,12 @@ class _Carrier:
                 return value
             raise Stale(f"{value} has no clear counterpart in the new map")
         if extra.get("place") == "angle":
-            return round(float(se2.wrap(value + self.turn)), 6)
+            return value if abs(self.turn) < 1e-6 else round(float(se2.wrap(value + self.turn)), 6)
         if extra.get("place") in ("point", "point3"):
-            x, y = self.drift.points(np.array(value[:2]))[0]
-            return (round(float(x), 6), round(float(y), 6), *value[2:])
+            moved = self.drift.points(np.array(value[:2]))[0]
+            if np.abs(moved - value[:2]).max() < 1e-6:
+                return value
+            return (round(float(moved[0]), 6), round(float(moved[1]), 6), *value[2:])
         return value
 
 
@@ -189,24 +190,21 @@ def ids_of(edit: Edit) -> set[str]:
     return found
 
 
-def rebase(
-    run: str, old: RGMap, standing: Sequence[tuple[Do, str]], new: RGMap, drift: Drift
-) -> tuple[list[Do], list[Conflict]]:
-    """Entries for the new run's journal, numbered from 1, and the edits that it could not take over.
+def rebase(run: str, history: History, new: RGMap, drift: Drift) -> tuple[list[Do], list[Conflict]]:
+    """Entries for the journal of a new run, numbered from 1, and the edits that it could not take over.
 
-    ``old``, ``new``: the *bases* of both runs. ``standing``: the edits of the old run that hold, with their titles.
+    ``run``, ``history``: the old run. Its *base* is matched with ``new``, the base of the new one.
     """
-    wanted = {id for entry, _ in standing for id in ids_of(entry.edit)}
-    ids = match(old, new, wanted, drift.points)
-    history, conflicts = History.of(new), []
-    taken: list[Do] = []
-    for entry, title in standing:
+    wanted = {id for done in history.done for id in ids_of(done.entry.edit)}
+    ids = match(history.base, new, wanted, drift.points)
+    after, taken, lost = History.of(new), list[Do](), list[Conflict]()
+    for done in history.done:
+        old = done.entry
         try:
-            edit = carry(entry.edit, ids, drift)
-            carried = Do(number=len(taken) + 1, at=entry.at, by=entry.by, edit=edit)
-            history = step(history, carried)
-            taken.append(carried)
+            entry = Do(number=len(taken) + 1, at=old.at, by=old.by, edit=carry(old.edit, ids, drift))
+            after = step(after, entry)
+            taken.append(entry)
         except (Stale, EditError) as e:
             outcome: Literal["stale", "conflict"] = "stale" if isinstance(e, Stale) else "conflict"
-            conflicts.append(Conflict(run=run, entry=entry, title=title, outcome=outcome, reason=str(e)))
-    return taken, conflicts
+            lost.append(Conflict(run=run, entry=old, title=done.title, outcome=outcome, reason=str(e)))
+    return taken, lost

@@ -15,7 +15,7 @@ Point = tuple[float, float]
 Point3 = tuple[float, float, float]
 
 REGION_CLASSES = ("CDMA", "ODMA", "TOMA", "CC")
-"""Region classes of the paper (section II): closed / open with one distinct main axis (hallways), two main axes, cluttered."""
+"""Region classes of the paper (section II): closed / open with one main axis (hallways), two main axes, cluttered."""
 
 GATEWAY_CLASSES = ("narrow_passage", "junction_T", "junction_L", "junction_X", "opening")
 
@@ -40,7 +40,7 @@ class Line(Record, frozen=True, kw_only=True):
     start: Point
     end: Point
     regions: tuple[str, ...] = ()
-    """ids of the regions that list this line, the one whose free space it bounds first; others see it through gateways"""
+    """ids of the regions that list this line: first the one whose free space it bounds, then those that see it"""
     support: int = 0
     """number of scan segments merged into the line"""
     residual: float | None = None
@@ -57,7 +57,7 @@ class Box2(Record, frozen=True, kw_only=True):
 
 
 class Region(Record, frozen=True, kw_only=True):
-    """A place: hallway, office, lab. ``boundary`` is its outline, a counter-clockwise ring, first point not repeated."""
+    """A place: hallway, office, lab. ``boundary``: its outline, a counter-clockwise ring, first point not repeated."""
 
     id: str
     name: str
