@@ -6,10 +6,13 @@ import numpy as np
 
 from rgcore.config import Slam
 from rgcore.geometry import se2
+from rgcore.slam.agreement import agreement
 from rgcore.slam.local import LocalMap, Match, discount, local_map
 from rgcore.slam.posegraph import Links
 from rgcore.slam.surface import Surface
 
+SEEN_THROUGH = 0.25
+"""A surface [m] nearer than the reading through it contradicts it."""
 LEAST_PAIRS = 10.0
 """Fewer paired points than this make no link."""
 
@@ -17,8 +20,9 @@ LEAST_PAIRS = 10.0
 class Keyframes:
     """A growing list: ``poses`` (K, 3) map_from_laser, their surfaces, and the numbers of their scans."""
 
-    def __init__(self, settings: Slam) -> None:
-        self.settings = settings
+    def __init__(self, settings: Slam, bearings: np.ndarray) -> None:
+        self.settings, self.bearings = settings, bearings
+        self.ranges: list[np.ndarray] = []
         self.surfaces: list[Surface] = []
         self.scans: list[int] = []
         self._poses = np.zeros((64, 3))
@@ -31,21 +35,29 @@ class Keyframes:
         """(K, 3); a view, so that it can be written."""
         return self._poses[: len(self)]
 
-    def add(self, pose: np.ndarray, surface: Surface, scan: int) -> None:
+    def add(self, pose: np.ndarray, surface: Surface, ranges: np.ndarray, scan: int) -> None:
         """Append one."""
         if len(self) == len(self._poses):
             self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)])
         self._poses[len(self)] = pose
         self.surfaces.append(surface)
+        self.ranges.append(np.asarray(ranges, float))
         self.scans.append(scan)
-
-    def recent(self, count: int) -> np.ndarray:
-        """Numbers of the newest ``count`` keyframes."""
-        return np.arange(max(0, len(self) - count), len(self))
 
     def map_of(self, members: np.ndarray) -> LocalMap:
         """The local map that these keyframes make."""
         return local_map([self.surfaces[k] for k in members], self.poses[members])
+
+    def agree(self, keyframe: int, members: np.ndarray, pose: np.ndarray) -> np.ndarray:
+        """(3,) how many points of a keyframe at ``pose`` the members confirm, contradict and cannot see, and the other way."""
+        counts = np.zeros(3)
+        for k in members:
+            at = se2.relative(self.poses[k], pose)
+            counts += agreement(self.surfaces[keyframe].points, self.ranges[k], self.bearings, at, SEEN_THROUGH)
+            counts += agreement(
+                self.surfaces[k].points, self.ranges[keyframe], self.bearings, se2.invert(at), SEEN_THROUGH
+            )
+        return counts
 
 
 def links_of(match: Match, poses: np.ndarray, members: np.ndarray, keyframe: int, scale: float = np.inf) -> Links:
@@ -55,8 +67,7 @@ def links_of(match: Match, poses: np.ndarray, members: np.ndarray, keyframe: int
         if match.pairs[o] < LEAST_PAIRS:
             continue
         a, b = match.information[o].copy(), match.gradient[o].copy()
-        noise = 0.03
-        discount(a, b, match.pairs[o], noise)
+        discount(a, b)
         step = np.linalg.solve(a + 1e-3 * np.eye(3), b)
         out.append((k, a, step))
     if not out:

@@ -134,7 +134,7 @@ def _linearise(points, normals, on, pose, reach, noise, information, gradient, p
             gradient[o, 0] += w * mx * e
             gradient[o, 1] += w * my * e
             gradient[o, 2] += w * turn * e
-            pairs[o] += w * noise * noise
+            pairs[o] += 1.0
     for o in range(on.owners):
         information[o, 1, 0] = information[o, 0, 1]
         information[o, 2, 0] = information[o, 0, 2]
@@ -143,7 +143,7 @@ def _linearise(points, normals, on, pose, reach, noise, information, gradient, p
 
 
 @njit(cache=True, nogil=True)
-def discount(information, gradient, pairs, noise):  # type: ignore[no-untyped-def]
+def discount(information, gradient):  # type: ignore[no-untyped-def]
     """Takes off, along the least certain direction, the information that noisy normals pretend; in place.
 
     What is left has the same minimum (the direction is left to the prior, not pulled to where it stands).
@@ -156,7 +156,7 @@ def discount(information, gradient, pairs, noise):  # type: ignore[no-untyped-de
     angle = 0.5 * np.arctan2(2.0 * covariance[0, 1], covariance[0, 0] - covariance[1, 1])
     ux, uy = np.cos(angle), np.sin(angle)
     variance = ux * ux * covariance[0, 0] + 2.0 * ux * uy * covariance[0, 1] + uy * uy * covariance[1, 1]
-    off = min(FALSE_INFORMATION * pairs / (noise * noise), 0.999 / variance)
+    off = min(FALSE_INFORMATION * (information[0, 0] + information[1, 1]), 0.999 / variance)
     pull = off * (ux * step[0] + uy * step[1])
     information[0, 0] -= off * ux * ux
     information[0, 1] -= off * ux * uy
@@ -174,7 +174,7 @@ def _register(points, normals, on, start, prior, noise, reach, rounds):  # type:
     for k in range(rounds):
         found = _linearise(points, normals, on, pose, near, wide, information, gradient, pairs)
         a, b = information.sum(0), gradient.sum(0)
-        discount(a, b, pairs.sum(), wide)
+        discount(a, b)
         off = start - pose
         off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi
         odd = off @ prior @ off
