@@ -72,3 +72,19 @@ def line_through(m):  # type: ignore[no-untyped-def]
     ux, uy = (slope / norm, 1.0 / norm) if steep else (1.0 / norm, slope / norm)
     xx, yy, xy = m[3] / m[0] - cx * cx, m[4] / m[0] - cy * cy, m[5] / m[0] - cx * cy
     return cx, cy, ux, uy, np.sqrt(max(0.0, xx * uy * uy + yy * ux * ux - 2 * xy * ux * uy))
+
+
+def projected(m: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (L, K, 2) put on the lines through moments (L, 6); all about the same points."""
+    return _projected(np.ascontiguousarray(m, np.float64), np.ascontiguousarray(points, np.float64))
+
+
+@njit(cache=True, nogil=True)
+def _projected(m, points):  # type: ignore[no-untyped-def]
+    out = np.zeros_like(points)
+    for i in range(len(m)):
+        cx, cy, ux, uy, _ = line_through(m[i])
+        for k in range(points.shape[1]):
+            s = (points[i, k, 0] - cx) * ux + (points[i, k, 1] - cy) * uy
+            out[i, k, 0], out[i, k, 1] = cx + s * ux, cy + s * uy
+    return out

@@ -1,4 +1,4 @@
-"""How far a line reaches: along it, where segments cover it; across it, where nothing hides it."""
+"""How far a line reaches: along it, where segments cover it and beams stop; across it, where nothing hides it."""
 
 from __future__ import annotations
 
@@ -7,58 +7,93 @@ from numba import njit
 
 from rgcore.config import Lines as Settings
 from rgcore.geometry import segments as geometry
+from rgcore.lines.passes import count_passes
 
 _BIN = 0.025  # m, of the coverage along a line
 _WINDOW = 60  # bins (1.5 m) on each side that a bin's coverage is compared with
 _GAP_SHARE = 0.08  # of the coverage left and right: less is a gap that a few far segments bridged
 _END_SHARE = 0.03  # the same at the ends, where the wall may just be seen less
+_SMOOTH = 2  # bins on each side over which hits and passes are compared
+
+
+def covered_runs(
+    frames: np.ndarray,
+    line_of: np.ndarray,
+    segments: np.ndarray,
+    points: np.ndarray,
+    eyes: np.ndarray,
+    settings: Settings,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Stretches (K, 2) [m] of the lines ``frames`` (G, 4) that are there, and the line of each (K,).
+
+    A stretch is there where its segments cover it and where no more beams pass than end. Coverage counts echoes a
+    metre: a far segment may bridge a door between two of its echoes, near ones do not, so a bin with far fewer echoes
+    than its surroundings is not covered. Stretches with no more than gamma between them are one.
+    """
+    own = np.flatnonzero(line_of >= 0)
+    spans = spans_of(frames[line_of[own]], segments[own])
+    low = np.full(len(frames), np.inf)
+    high = np.full(len(frames), -np.inf)
+    np.minimum.at(low, line_of[own], spans[:, 0])
+    np.maximum.at(high, line_of[own], spans[:, 1])
+    bins = np.ceil((high - low) / _BIN).astype(np.int64) + 1
+    first = np.concatenate([[0], np.cumsum(bins)])
+    lines = frames[:, None, :2] + np.stack([low, low + bins * _BIN], 1)[..., None] * frames[:, None, 2:]
+    passes = count_passes(lines, first, _BIN, segments, eyes, points, 2.0 * settings.distance)
+    return _runs(
+        first, low, line_of[own], spans, points[own].astype(np.float64), passes, settings.gap, settings.min_support
+    )
+
+
+def spans_of(frames: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    """(N, 2) [m]: where the ends of segments (N, 2, 2) lie along their lines (N, 4)."""
+    return np.einsum("nek,nk->ne", segments - frames[:, None, :2], frames[:, 2:])
 
 
 @njit(cache=True, nogil=True)
-def covered_runs(spans, points, gap, min_support):  # type: ignore[no-untyped-def]
-    """Stretches (K, 2) of a line that its segments cover.
-
-    ``spans`` (N, 2) are the segments' extents along it and ``points`` (N,) their echoes. A far segment has few echoes
-    a metre and may bridge a door between two of them; near ones do not. So coverage counts echoes a metre, and a bin
-    that has far fewer than its surroundings is not covered. Stretches with no more than ``gap`` between them are one.
-    """
-    low = spans.min()
-    bins = int((spans.max() - low) / _BIN) + 2
-    density, number = np.zeros(bins), np.zeros(bins)
+def _runs(first, low, line_of, spans, points, passes, gap, min_support):  # type: ignore[no-untyped-def]
+    hits, number = np.zeros(first[-1]), np.zeros(first[-1])
     for k in range(len(spans)):
-        i, j = int((spans[k, 0] - low) / _BIN + 0.5), int((spans[k, 1] - low) / _BIN + 0.5)
-        j = max(j, i + 1)
-        density[i] += points[k] / (j - i)
-        density[j] -= points[k] / (j - i)
+        g = line_of[k]
+        i = first[g] + int((spans[k, 0] - low[g]) / _BIN + 0.5)
+        j = max(i + 1, first[g] + int((spans[k, 1] - low[g]) / _BIN + 0.5))
+        hits[i] += points[k] / (j - i)
         number[i] += 1
-        number[j] -= 1
-    density, number = np.cumsum(density), np.cumsum(number)
-    needed = min(min_support, len(spans))
-    runs = np.zeros((bins, 2))
-    n, last = 0, -1
-    limit = int(gap / _BIN)
-    for b in range(bins):
-        left = density[max(0, b - _WINDOW) : b + 1].max()
-        right = density[b : b + _WINDOW + 1].max()
-        if number[b] < needed or density[b] < max(_GAP_SHARE * min(left, right), _END_SHARE * max(left, right)):
-            continue
-        if last < 0 or b - last > limit + 1:
-            runs[n, 0] = low + b * _BIN
-            n += 1
-        runs[n - 1, 1] = low + (b + 1) * _BIN
-        last = b
-    return runs[:n]
+        if j < first[g + 1]:
+            hits[j] -= points[k] / (j - i)
+            number[j] -= 1
+    runs, of = np.zeros((first[-1], 2)), np.zeros(first[-1], np.int64)
+    n = 0
+    limit = int(gap / _BIN) + 1
+    for g in range(len(low)):
+        h = np.cumsum(hits[first[g] : first[g + 1]])
+        c = np.cumsum(number[first[g] : first[g + 1]])
+        p = passes[first[g] : first[g + 1]]
+        last = -limit - 1
+        for b in range(len(h)):
+            left, right = h[max(0, b - _WINDOW) : b + 1].max(), h[b : b + _WINDOW + 1].max()
+            if c[b] < min_support or h[b] < max(_GAP_SHARE * min(left, right), _END_SHARE * max(left, right)):
+                continue
+            near = slice(max(0, b - _SMOOTH), b + _SMOOTH + 1)
+            if p[near].sum() > h[near].sum():
+                continue
+            if b - last > limit:
+                runs[n, 0], of[n] = low[g] + b * _BIN, g
+                n += 1
+            runs[n - 1, 1] = low[g] + (b + 1) * _BIN
+            last = b
+    return runs[:n].copy(), of[:n].copy()
 
 
-def drop_hidden(lines: np.ndarray, region: np.ndarray, support: np.ndarray, settings: Settings) -> np.ndarray:
+def unhidden(lines: np.ndarray, region: np.ndarray, support: np.ndarray, settings: Settings) -> np.ndarray:
     """(L,) mask of the lines that stay: not those that a stronger line of the same side and region hides.
 
     Two faces close behind one another cannot both be seen from the same side; the weaker one is noise (a bad pose, a
     door leaf, a grazing beam).
     """
-    length = geometry.lengths(lines)
-    order = np.lexsort((np.arange(len(lines)), -length * support))
-    return _unhidden(lines, region, length * support, order, 2.0 * settings.distance)
+    strength = geometry.lengths(lines) * support
+    order = np.lexsort((np.arange(len(lines)), -strength))
+    return _unhidden(lines, region, strength, order, 2.0 * settings.distance)
 
 
 @njit(cache=True, nogil=True)
@@ -79,12 +114,8 @@ def _unhidden(lines, region, strength, order, near):  # type: ignore[no-untyped-
             ux, uy = ux / reach, uy / reach
             if wx * ux + wy * uy < 0.9 * length:
                 continue
-            x1, y1, x2, y2 = (
-                lines[weak, 0, 0] - px,
-                lines[weak, 0, 1] - py,
-                lines[weak, 1, 0] - px,
-                lines[weak, 1, 1] - py,
-            )
+            x1, y1 = lines[weak, 0, 0] - px, lines[weak, 0, 1] - py
+            x2, y2 = lines[weak, 1, 0] - px, lines[weak, 1, 1] - py
             if max(abs(y1 * ux - x1 * uy), abs(y2 * ux - x2 * uy)) > near:
                 continue
             hidden += max(0.0, min(reach, x2 * ux + y2 * uy) - max(0.0, x1 * ux + y1 * uy))

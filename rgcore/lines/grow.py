@@ -8,7 +8,6 @@ from numba import njit
 from rgcore.config import Lines as Settings
 from rgcore.geometry import segments as geometry
 from rgcore.geometry.moments import line_through
-from rgcore.lines.cover import covered_runs
 from rgcore.lines.distance import measure
 
 _CELL = 0.5  # m, of the hash: about the length of a usual segment
@@ -19,25 +18,18 @@ _MOST_ROUNDS = 8  # of fitting anew; nearly all lines stand still after three
 def grow_lines(
     ends: np.ndarray, points: np.ndarray, region: np.ndarray, settings: Settings
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lines (L, 2, 2) from segments ``ends`` (M, 2, 2), and the line of each segment (M,), -1 = none."""
-    length = geometry.lengths(ends)
-    order = np.lexsort((np.arange(len(ends)), -length * np.sqrt(points)))
-    keys, members = _entries(np.ascontiguousarray(ends), region)
+    """Infinite lines (G, 4), a point and the unit direction, and the line of each segment (M,), -1 = none.
+
+    ``ends`` (M, 2, 2) [m], ``points`` (M,) echoes and ``region`` (M,) are those of the segments. Lines of fewer than
+    ``min_support`` segments are left out.
+    """
+    order = np.lexsort((np.arange(len(ends)), -geometry.lengths(ends) * np.sqrt(points)))
+    keys, members = _entries(ends, region)
     by_key = np.argsort(keys, kind="stable")
     cells, first = np.unique(keys[by_key], return_index=True)
     first = np.append(first, len(keys))
-    limits = (settings.distance, settings.min_length, settings.ratio, settings.gap, np.cos(settings.angle))
-    return _grow_all(
-        np.ascontiguousarray(ends),
-        points.astype(np.float64),
-        region,
-        order,
-        cells,
-        first,
-        members[by_key],
-        limits,
-        settings.min_support,
-    )
+    limits = (settings.distance, settings.ratio, settings.gap, np.cos(settings.angle))
+    return _grow_all(ends, region, order, cells, first, members[by_key], limits, settings.min_support)
 
 
 @njit(cache=True, nogil=True)
@@ -73,61 +65,25 @@ def _entries(ends, region):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _grow_all(ends, points, region, order, cells, first, members, limits, min_support):  # type: ignore[no-untyped-def]
+def _grow_all(ends, region, order, cells, first, members, limits, min_support):  # type: ignore[no-untyped-def]
     n = len(ends)
-    line_of = np.full(n, -1, np.int64)
-    used = np.zeros(n, np.bool_)
-    seen_cell = np.zeros(len(cells), np.int64)  # the round in which a cell was looked at last
-    seen = np.zeros(n, np.int64)
-    group = np.zeros(n, np.int64)
-    lines = np.zeros((n, 2, 2))
+    line_of, used = np.full(n, -1, np.int64), np.zeros(n, np.bool_)
+    seen, group = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    frames = np.zeros((n, 4))
     count, stamp = 0, 0
-    min_length = limits[1]
     for seed in order:
         if used[seed]:
             continue
-        size, stamp, line = _grow(
-            seed, ends, region, used, cells, first, members, limits, seen_cell, seen, group, stamp
-        )
-        px, py, ux, uy = line
+        size, stamp, frame = _grow(seed, ends, region, used, cells, first, members, limits, seen, group, stamp)
         for k in range(size):
             used[group[k]] = True
-        spans = np.zeros((size, 2))
+        if size < min_support:
+            continue
         for k in range(size):
-            i = group[k]
-            spans[k, 0] = (ends[i, 0, 0] - px) * ux + (ends[i, 0, 1] - py) * uy
-            spans[k, 1] = (ends[i, 1, 0] - px) * ux + (ends[i, 1, 1] - py) * uy
-        runs = covered_runs(spans, points[group[:size]], limits[3], min_support)
-        for r in range(len(runs)):
-            start, end = runs[r]
-            if end - start < min_length:
-                continue
-            own = 0
-            m = np.zeros(6)
-            for k in range(size):
-                middle = 0.5 * (spans[k, 0] + spans[k, 1])
-                if start <= middle <= end:
-                    line_of[group[k]] = count
-                    own += 1
-                    _add_moments(m, ends[group[k]], px, py)
-            if own < min_support:
-                for k in range(size):
-                    if line_of[group[k]] == count:
-                        line_of[group[k]] = -1
-                continue
-            _lay(lines[count], m, px, py, ux, uy, start, end)
-            count += 1
-    return lines[:count].copy(), line_of
-
-
-@njit(cache=True, nogil=True)
-def _lay(line, m, px, py, ux, uy, start, end):  # type: ignore[no-untyped-def]
-    """Ends of the stretch start..end of line p + t u, put on the fit of its own members' moments (about p)."""
-    cx, cy, vx, vy, _ = line_through(m)
-    for k, t in enumerate((start, end)):
-        x, y = t * ux - cx, t * uy - cy
-        s = x * vx + y * vy
-        line[k, 0], line[k, 1] = px + cx + s * vx, py + cy + s * vy
+            line_of[group[k]] = count
+        frames[count, 0], frames[count, 1], frames[count, 2], frames[count, 3] = frame
+        count += 1
+    return frames[:count].copy(), line_of
 
 
 @njit(cache=True, nogil=True)
@@ -144,9 +100,9 @@ def _add_moments(m, e, px, py):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _grow(seed, ends, region, used, cells, first, members, limits, seen_cell, seen, group, stamp):  # type: ignore[no-untyped-def]
+def _grow(seed, ends, region, used, cells, first, members, limits, seen, group, stamp):  # type: ignore[no-untyped-def]
     """All unused segments that are one line with the seed: their number (they stand in ``group``), the line (p, u)."""
-    gap = limits[3]
+    gap = limits[2]
     px, py = ends[seed, 0, 0], ends[seed, 0, 1]
     ux, uy = ends[seed, 1, 0] - px, ends[seed, 1, 1] - py
     length = np.hypot(ux, uy)
@@ -212,7 +168,7 @@ def _grow(seed, ends, region, used, cells, first, members, limits, seen_cell, se
 @njit(cache=True, nogil=True)
 def _joins(e, px, py, ux, uy, low, high, limits):  # type: ignore[no-untyped-def]
     """Does segment e join the line? 2 yes, 1 no, 0 not yet: the gap is too wide so far. And its span along it."""
-    distance, _, ratio, gap, cos_angle = limits
+    distance, ratio, gap, cos_angle = limits
     dx, dy = e[1, 0] - e[0, 0], e[1, 1] - e[0, 1]
     length = np.hypot(dx, dy)
     s, t = (e[0, 0] - px) * ux + (e[0, 1] - py) * uy, (e[1, 0] - px) * ux + (e[1, 1] - py) * uy

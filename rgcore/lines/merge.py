@@ -18,7 +18,7 @@ from rgcore.config import Lines as Settings
 from rgcore.evidence import Evidence
 from rgcore.geometry import moments as mo
 from rgcore.geometry import segments as geometry
-from rgcore.lines.cover import drop_hidden
+from rgcore.lines.cover import covered_runs, spans_of, unhidden
 from rgcore.lines.grow import grow_lines
 from rgcore.scans.extract import Segments
 from rgcore.slam.trajectory import Trajectory
@@ -58,15 +58,59 @@ def merge_lines(
     if len(ends) == 0:
         return _no_lines(), np.zeros(0, np.int64)
     center = ends.mean((0, 1))  # keeps the numbers small far from the map's origin
-    found, line_of = grow_lines(ends - center, segments.points, region, settings)
-    keep = drop_hidden(
-        found,
-        region_of(line_of, region, len(found)),
-        np.bincount(line_of[line_of >= 0], minlength=len(found)),
-        settings,
-    )
-    line_of = np.where(line_of >= 0, np.where(keep, np.cumsum(keep) - 1, -1)[line_of], -1)
-    return _ordered(found[keep] + center, line_of, ends, segments.scan, region)
+    ends = np.ascontiguousarray(ends - center)
+    eyes = trajectory.map_from_laser[segments.scan, :2] - center
+    frames, line_of = grow_lines(ends, segments.points, region, settings)
+    found, line_of = _cut(frames, line_of, ends, segments.points, eyes, settings)
+    keep = unhidden(found, region_of(line_of, region, len(found)), _count(line_of, len(found)), settings)
+    found, line_of = found[keep], _renumbered(line_of, keep)
+    return _ordered(found, line_of, ends, center, segments.scan, region)
+
+
+def _cut(
+    frames: np.ndarray, line_of: np.ndarray, ends: np.ndarray, points: np.ndarray, eyes: np.ndarray, settings: Settings
+) -> tuple[np.ndarray, np.ndarray]:
+    """The lines cut to what is there, each on the fit of its own members: (L, 2, 2), and the line of each segment."""
+    runs, of = covered_runs(frames, line_of, ends, points, eyes, settings)
+    long = runs[:, 1] - runs[:, 0] >= settings.min_length
+    runs, of = runs[long], of[long]
+    line_of = _run_of(frames, line_of, ends, runs, of)
+    keep = _count(line_of, len(runs)) >= settings.min_support
+    runs, of, line_of = runs[keep], of[keep], _renumbered(line_of, keep)
+    lines = frames[of][:, None, :2] + runs[..., None] * frames[of][:, None, 2:]
+    middle = lines.mean(1)
+    own = np.flatnonzero(line_of >= 0)
+    sums = np.zeros((len(lines), 6))
+    np.add.at(sums, line_of[own], mo.moments(ends[own] - middle[line_of[own]][:, None]))
+    return middle[:, None] + mo.projected(sums, lines - middle[:, None]), line_of
+
+
+def _run_of(frames: np.ndarray, line_of: np.ndarray, ends: np.ndarray, runs: np.ndarray, of: np.ndarray) -> np.ndarray:
+    """(M,) the run of its line in which the middle of a segment lies, or -1."""
+    out = np.full(len(line_of), -1, np.int64)
+    own = np.flatnonzero(line_of >= 0)
+    if len(runs) == 0 or len(own) == 0:
+        return out
+    middle = spans_of(frames[line_of[own]], ends[own]).mean(1)
+    far = (
+        2.0 * max(float(np.abs(runs).max()), float(np.abs(middle).max())) + 1.0
+    )  # lays the lines end to end on one axis
+    at = line_of[own] * far + middle
+    run = np.searchsorted(of * far + runs[:, 0], at, side="right") - 1
+    inside = (run >= 0) & (of[run] == line_of[own]) & (middle <= runs[run, 1])
+    out[own[inside]] = run[inside]
+    return out
+
+
+def _count(line_of: np.ndarray, count: int) -> np.ndarray:
+    return np.bincount(line_of[line_of >= 0], minlength=count)
+
+
+def _renumbered(line_of: np.ndarray, keep: np.ndarray) -> np.ndarray:
+    """``line_of`` when only the lines of the mask ``keep`` stay."""
+    if len(keep) == 0:
+        return np.full(len(line_of), -1, np.int64)
+    return np.where(line_of >= 0, np.where(keep, np.cumsum(keep) - 1, -1)[line_of], -1)
 
 
 def region_of(line_of: np.ndarray, region: np.ndarray, count: int) -> np.ndarray:
@@ -78,30 +122,34 @@ def region_of(line_of: np.ndarray, region: np.ndarray, count: int) -> np.ndarray
 
 
 def _ordered(
-    ends: np.ndarray, line_of: np.ndarray, segment_ends: np.ndarray, scan: np.ndarray, region: np.ndarray
+    lines: np.ndarray, line_of: np.ndarray, ends: np.ndarray, center: np.ndarray, scan: np.ndarray, region: np.ndarray
 ) -> tuple[Lines, np.ndarray]:
-    """The lines by the scan that saw them first, with everything that their members tell."""
-    count = len(ends)
+    """The lines by the scan that saw them first, with all that their members tell; ``ends`` are about ``center``."""
+    count = len(lines)
     members = np.flatnonzero(line_of >= 0)
     first = np.full(count, np.iinfo(np.int64).max)
-    np.minimum.at(first, line_of[members], members)  # members are in the order of scans and beams
+    np.minimum.at(first, line_of[members], members)  # segments are in the order of scans and beams
     order = np.argsort(first, kind="stable")
     rank = np.empty(count, np.int64)
     rank[order] = np.arange(count)
-    line_of = np.where(line_of >= 0, rank[line_of], -1)
-    ends = ends[order]
+    line_of[members] = rank[line_of[members]]
+    lines, of = lines[order], line_of[members]
 
-    of = line_of[members]
     sums = np.zeros((count, 6))
-    np.add.at(sums, of, mo.moments(segment_ends[members]))
-    d = ends[:, 1] - ends[:, 0]
+    np.add.at(sums, of, mo.moments(ends[members]))
+    d = lines[:, 1] - lines[:, 0]
     normal = np.stack([-d[:, 1], d[:, 0]], 1) / np.hypot(d[:, 0], d[:, 1])[:, None]
-    off = np.einsum("mpk,mk->mp", segment_ends[members] - ends[of][:, :1], normal[of])
-    weight = geometry.lengths(segment_ends[members])
+    off = np.einsum("mpk,mk->mp", ends[members] - lines[of][:, :1], normal[of])
+    weight = geometry.lengths(ends[members])
     squares = np.bincount(of, weight * (off**2).mean(1), count) / np.bincount(of, weight, count)
-    support = np.bincount(of, minlength=count)
-    lines = Lines(ends, sums, support, np.sqrt(squares), region_of(line_of, region, count), scan[first[order]])
-    return lines, line_of
+    return Lines(
+        lines + center,
+        mo.moved(sums, (center[0], center[1])),
+        _count(line_of, count),
+        np.sqrt(squares),
+        region_of(line_of, region, count),
+        scan[first[order]],
+    ), line_of
 
 
 def _no_lines() -> Lines:

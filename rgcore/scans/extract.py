@@ -19,6 +19,7 @@ from rgcore.evidence import Evidence
 from rgcore.scans.log import ScanLog
 
 _INCIDENCE = np.deg2rad(10.0)  # lambda of Borges & Aldon: a wall seen at less than this cannot be told from a jump
+_GRAZING = np.sin(np.deg2rad(5.0))  # nowhere seen at more: a chain of mixed pixels, or of things behind one another
 _LOOK_AHEAD = 3  # pieces: a wall goes on behind up to two things in front of it
 _BEAMS_AT_ONCE = 400_000  # readings in one call of the kernel: bounds its buffers
 
@@ -116,6 +117,9 @@ def _split_and_merge(  # type: ignore[no-untyped-def]
             s = (x[i] - cx) * ux + (y[i] - cy) * uy
             e = (x[j] - cx) * ux + (y[j] - cy) * uy
             if own[p, 0] < min_points or abs(e - s) < min_length or rms > max_rms:
+                continue
+            nearest = min(np.hypot(x[i], y[i]), np.hypot(x[j], y[j]))
+            if abs(uy * cx - ux * cy) < _GRAZING * nearest:
                 continue
             if (uy * cx - ux * cy > 0) != (s < e):  # the laser would lie to the right
                 s, e = e, s
