@@ -3,25 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
-from scipy.ndimage import map_coordinates
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import cKDTree
+from scipy.sparse.csgraph import connected_components
 
 from rgcore.config import Settings, setting
 from rgcore.errors import InputError
 from rgcore.geometry import se2
 from rgcore.geometry.raycast import cast
 from rgcore.scans.floor import FACE, Floor, FloorDoor
-
-STRIDE = 2
-"""Cells of the room raster from one node of the road map to the next."""
+from rgcore.scans.roads import Roads
 
 
-class Driving(Settings):
+class Driving(Settings, frozen=True):
     """How the robot drives."""
 
     radius: Annotated[float, setting("m", "a robot of 0.5 m across", gt=0, le=2)] = 0.26
@@ -29,15 +25,9 @@ class Driving(Settings):
     turn: Annotated[float, setting("rad", "a scan each time it has turned so far: 9 degrees", gt=0, le=1)] = 0.16
     speed: Annotated[float, setting("m/s", "walking pace of an indoor robot", gt=0, le=5)] = 0.4
     turn_speed: Annotated[float, setting("rad/s", "40 degrees a second", gt=0, le=5)] = 0.7
-    view: Annotated[float, setting("m", "walls of rooms count as looked at from no farther than this", gt=0, le=50)] = (
-        7.0
-    )
-    hallway_view: Annotated[
-        float, setting("m", "the same in hallways: short, so that it drives all along them", gt=0, le=50)
-    ] = 3.0
-    coverage: Annotated[
-        float, setting("1", "share of a room's walls to look at; the rest hides behind things", gt=0, le=1)
-    ] = 0.85
+    view: Annotated[float, setting("m", "walls count as looked at from no farther than this", gt=0, le=50)] = 4.5
+    hallway_view: Annotated[float, setting("m", "in hallways: short, to be driven all along", gt=0, le=50)] = 3.0
+    coverage: Annotated[float, setting("1", "share of walls to look at; others hide behind things", gt=0, le=1)] = 0.85
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,74 +46,6 @@ class _Stop:
     look: bool
 
 
-class _Roads:
-    """The robot's free space as a graph: nodes ``xy`` (K, 2) with their ``clearance``, edges that are dear near walls."""
-
-    def __init__(self, floor: Floor, radius: float) -> None:
-        labels = floor.labels
-        self.labels, self.margin = labels, radius
-        self.field = _clearance(floor)
-        lattice = np.zeros(labels.shape, bool)
-        lattice[::STRIDE, ::STRIDE] = True
-        iy, ix = np.nonzero(lattice & (self.field >= self.margin))
-        self.xy = labels.centers(np.stack([ix, iy], 1))
-        self.room, self.clearance = labels.values[iy, ix], self.field[iy, ix]
-        number = np.full(labels.shape, -1)
-        number[iy, ix] = np.arange(len(ix))
-        self.graph = self._connect(number[::STRIDE, ::STRIDE], labels.resolution * STRIDE)
-
-    def _connect(self, number: np.ndarray, spacing: float) -> coo_array:
-        a, b, length = [], [], []
-        h, w = number.shape
-        for dy, dx in ((0, 1), (1, 0), (1, 1), (1, -1)):
-            here = number[: h - dy, max(-dx, 0) : w - max(dx, 0)]
-            there = number[dy:, max(dx, 0) : w - max(-dx, 0)]
-            ok = (here >= 0) & (there >= 0)
-            a.append(here[ok])
-            b.append(there[ok])
-            length.append(np.full(int(ok.sum()), spacing * np.hypot(dx, dy)))
-        i, j, d = np.concatenate(a), np.concatenate(b), np.concatenate(length)
-        near = np.minimum(self.clearance[i], self.clearance[j]) - self.margin
-        cost = d * (1 + 3 * np.exp(-near / 0.15))
-        n = len(self.xy)
-        return coo_array((cost, (i, j)), shape=(n, n)).tocsr()
-
-    def nearest(self, point: np.ndarray, among: np.ndarray | None = None) -> int:
-        nodes = np.arange(len(self.xy)) if among is None else among
-        return int(nodes[np.argmin(((self.xy[nodes] - point) ** 2).sum(1))])
-
-    def costs(self, nodes: list[int], to: list[int]) -> np.ndarray:
-        """(len(nodes), len(to)) costs of the ways; one search at a time, to hold memory down."""
-        return np.array([dijkstra(self.graph, directed=False, indices=n)[to] for n in nodes])
-
-    def way(self, start: int, end: int) -> np.ndarray:
-        """(K, 2) the cheapest way between two nodes."""
-        _, before = dijkstra(self.graph, directed=False, indices=start, return_predecessors=True)
-        nodes = [end]
-        while nodes[-1] != start:
-            nodes.append(int(before[nodes[-1]]))
-        return self.xy[nodes[::-1]]
-
-    def room_to_drive(self, points: np.ndarray) -> np.ndarray:
-        """(K,) clearance [m] at points (K, 2), between cells."""
-        at = (points - self.labels.origin) / self.labels.resolution - 0.5
-        return map_coordinates(self.field, at.T[::-1], order=1, mode="nearest")
-
-
-def _clearance(floor: Floor) -> np.ndarray:
-    """(H, W) distance [m] of the room raster's cells to the nearest wall or furniture; 0 off the floor."""
-    start, end = floor.segments[:, 0], floor.segments[:, 1]
-    pieces = np.ceil(np.linalg.norm(end - start, axis=1) / 0.02).astype(int) + 1
-    segment = np.repeat(np.arange(len(pieces)), pieces)
-    part = np.arange(len(segment)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    share = part / np.repeat(np.maximum(pieces - 1, 1), pieces)
-    points = start[segment] + share[:, None] * (end - start)[segment]
-    iy, ix = np.nonzero(floor.labels.values)
-    out = np.zeros(floor.labels.shape)
-    out[iy, ix] = cKDTree(points).query(floor.labels.centers(np.stack([ix, iy], 1)))[0]
-    return out
-
-
 def drive(floor: Floor, settings: Driving | None = None) -> Drive:
     """A drive through the whole floor that can be reached from its start, and back.
 
@@ -131,23 +53,24 @@ def drive(floor: Floor, settings: Driving | None = None) -> Drive:
     than the robot's radius. Raises InputError if the start or a room with an open door cannot be reached.
     """
     s = settings or Driving()
-    roads = _Roads(floor, s.radius)
+    roads = Roads(floor, s.radius)
     start, reached = _reachable(floor, roads)
     stops = [_Stop(start, False), *_look_points(floor, roads, reached, s)]
     order = _tour(roads.costs([p.node for p in stops], [p.node for p in stops]))
     stops = [stops[i] for i in order] + [stops[0]]
-    ways = [roads.way(a.node, b.node) for a, b in zip(stops, stops[1:], strict=False)]
+    ways = [roads.way(a.node, b.node) for a, b in pairwise(stops)]
     for door in floor.doors:
         if door.door.open and not crosses(np.concatenate(ways), door.posts).any():
             _pass_door(door, roads, reached, stops, ways)
-    first = floor.start if floor.start is not None else np.array([*roads.xy[start], 0.0])
+    heading = 0.0 if floor.start is None else float(floor.start[2])
+    first = np.array([*roads.xy[start], heading])
     return _poses(_fine(first, stops, ways, roads), s)
 
 
-def _reachable(floor: Floor, roads: _Roads) -> tuple[int, np.ndarray]:
+def _reachable(floor: Floor, roads: Roads) -> tuple[int, np.ndarray]:
     """The start node, and the nodes that can be reached from it."""
     if len(roads.xy) == 0:
-        raise InputError(floor.name, "no place in it is wide enough for the robot; make the robot's radius smaller")
+        raise InputError(floor.source, "no place in it is wide enough for the robot; make the robot's radius smaller")
     _, part = connected_components(roads.graph, directed=False)
     if floor.start is None:
         largest = np.flatnonzero(part == np.bincount(part).argmax())
@@ -155,25 +78,26 @@ def _reachable(floor: Floor, roads: _Roads) -> tuple[int, np.ndarray]:
     else:
         start = roads.nearest(floor.start[:2])
         if np.hypot(*(roads.xy[start] - floor.start[:2])) > 0.3:
-            raise InputError(floor.name, "start: no room for the robot there; move it away from walls and furniture")
+            raise InputError(floor.source, "start: no room for the robot there; move it away from walls and furniture")
     reached = np.flatnonzero(part == part[start])
     inside = set(roads.room[reached].tolist())
     open_ = {i for d in floor.doors if d.door.open for i in (d.a, d.b)}
     for r in floor.rooms:
         if r.id in open_ and r.id not in inside:
             raise InputError(
-                floor.name, f'room "{r.room.name}": the robot cannot get in; move furniture or widen a door'
+                floor.source, f'room "{r.room.name}": the robot cannot get in; move furniture or widen the door'
             )
     return start, reached
 
 
-def _look_points(floor: Floor, roads: _Roads, reached: np.ndarray, s: Driving) -> list[_Stop]:
+def _look_points(floor: Floor, roads: Roads, reached: np.ndarray, s: Driving) -> list[_Stop]:
     """Per room, few places from which its walls are seen (greedy set cover over pieces of 0.25 m)."""
     out = []
     for room in np.unique(roads.room[reached]):
         hallway = bool(floor.rooms) and floor.rooms[int(room) - 1].room.cls == "hallway"
         nodes = reached[roads.room[reached] == room]
         nodes = nodes[np.unique(np.round(roads.xy[nodes] / 0.4).astype(int), axis=0, return_index=True)[1]]
+        nodes = _well_inside(floor, roads, nodes, int(room))
         seen = _walls_seen(floor, roads.xy[nodes], int(room), s.hallway_view if hallway else s.view)
         left: set[int] = set().union(*seen)
         enough = (1 - s.coverage) * len(left)
@@ -183,6 +107,15 @@ def _look_points(floor: Floor, roads: _Roads, reached: np.ndarray, s: Driving) -
             left -= seen[best]
             out.append(_Stop(int(nodes[best]), not hallway))
     return out
+
+
+def _well_inside(floor: Floor, roads: Roads, nodes: np.ndarray, room: int) -> np.ndarray:
+    """The nodes of a room that are no nearer than 1.3 m to its doors: who looks from a doorway has not been inside."""
+    doors = [d.posts.mean(0) for d in floor.doors if d.door.open and room in (d.a, d.b)]
+    if not doors:
+        return nodes
+    inside = nodes[np.linalg.norm(roads.xy[nodes, None] - np.array(doors), axis=2).min(1) >= 1.3]
+    return inside if len(inside) else nodes
 
 
 def _walls_seen(floor: Floor, points: np.ndarray, room: int, view: float) -> list[set[int]]:
@@ -236,8 +169,8 @@ def crosses(path: np.ndarray, posts: np.ndarray) -> np.ndarray:
     return change & (u >= 0) & (u <= 1)
 
 
-def _pass_door(door: FloorDoor, roads: _Roads, reached: np.ndarray, stops: list[_Stop], ways: list[np.ndarray]) -> None:
-    """Put the way through a door into the tour where the detour is shortest (in place); a door that is blocked stays out."""
+def _pass_door(door: FloorDoor, roads: Roads, reached: np.ndarray, stops: list[_Stop], ways: list[np.ndarray]) -> None:
+    """Put the way through a door into the tour where the detour is shortest (in place); not if it is blocked."""
     a, b = (roads.nearest(p, reached) for p in door.posts.mean(0) + np.array([[0.7], [-0.7]]) * door.normal)
     if not crosses(roads.way(a, b), door.posts).any():
         return
@@ -250,7 +183,7 @@ def _pass_door(door: FloorDoor, roads: _Roads, reached: np.ndarray, stops: list[
     ways[k : k + 1] = [roads.way(stops[i].node, stops[i + 1].node) for i in (k, k + 1, k + 2)]
 
 
-def _fine(first: np.ndarray, stops: list[_Stop], ways: list[np.ndarray], roads: _Roads) -> np.ndarray:
+def _fine(first: np.ndarray, stops: list[_Stop], ways: list[np.ndarray], roads: Roads) -> np.ndarray:
     """(K, 3) the drive in small steps, heading unwrapped: smooth runs, turns on the spot between them."""
     runs: list[np.ndarray] = []
     looks: list[bool] = []
@@ -283,7 +216,7 @@ def _fine(first: np.ndarray, stops: list[_Stop], ways: list[np.ndarray], roads: 
     return np.concatenate(out)
 
 
-def _smooth(way: np.ndarray, roads: _Roads) -> np.ndarray:
+def _smooth(way: np.ndarray, roads: Roads) -> np.ndarray:
     """The way as a taut band of points every 0.05 m that keeps its clearance."""
     s = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
     at = np.linspace(0, s[-1], max(int(s[-1] / 0.05), 2))

@@ -1,8 +1,9 @@
-"""A floor as the laser meets it: wall faces, door posts and furniture as segments, and which room each place belongs to."""
+"""A floor as the laser meets it: wall faces, door posts and furniture as segments, and a raster of the rooms."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +11,15 @@ import numpy as np
 from rgcore.errors import InputError
 from rgcore.geometry.grid import Grid
 from rgcore.scans.plan import Door, Furniture, Junction, Plan, Room
+from rgcore.scans.rings import area, box_corners, edges, inset, inside, oriented, tangled
 
 RESOLUTION = 0.05
 """m, cell of the room raster: well under half a wall."""
 LEG = 0.05
 """m, side of a table's leg."""
+
+LARGEST = 500.0
+"""m, wider floors are written in another unit."""
 
 FACE, POST, FURNITURE = 0, 1, 2
 """What a segment of a floor is: face of a wall, side of a door opening, furniture."""
@@ -53,12 +58,15 @@ class FloorDoor:
 class Floor:
     """A floor, ready to be driven through.
 
+    source             file or name of the plan, for messages
+    start    (3,)      first pose of the robot; None = anywhere
     segments (S, 2, 2) m, what the laser meets; free space to the left of start -> end
     kind     (S,)      FACE, POST or FURNITURE
     room     (S,)      id of the room that a face bounds, 0 = none
     labels             raster of room ids, 0 = no free floor
     """
 
+    source: str
     name: str
     start: np.ndarray | None
     segments: np.ndarray
@@ -84,93 +92,31 @@ def build_floor(plan: Plan, source: str | Path | None = None) -> Floor:
     parts = [_faces(r, plan, doors, where) for r in rooms]
     posts = [_reveals(d, plan.wall) for d in doors if d.door.open]
     boxes = [_shape(f) for f in plan.furniture] + [[_wall_box(w.start, w.end, w.thickness)] for w in plan.walls]
-    things = [_edges(box[::-1]) for shape in boxes for box in shape]
-    n_faces, n_posts = [len(p) for p in parts], 2 * len(posts)
+    things = [edges(box[::-1]) for shape in boxes for box in shape]
     segments = np.concatenate([*parts, *posts, *things])
-    kind = np.repeat([FACE, POST, FURNITURE], [sum(n_faces), n_posts, len(segments) - sum(n_faces) - n_posts])
+    n_wall = sum(len(p) for p in parts)
+    kind = np.repeat([FACE, POST, FURNITURE], [n_wall, 2 * len(posts), len(segments) - n_wall - 2 * len(posts)])
     room = np.zeros(len(segments), np.int64)
-    room[: sum(n_faces)] = np.repeat([r.id for r in rooms], n_faces)
+    room[:n_wall] = np.repeat([r.id for r in rooms], [len(p) for p in parts])
     labels = _label(rooms, doors, [b for shape in boxes for b in shape], plan.wall, where)
     start = np.array(plan.start)
     if labels.at(start[:2]) == 0:
         raise InputError(where, f"start: ({start[0]:g}, {start[1]:g}) is not on the free floor of a room")
-    return Floor(plan.name, start, segments, kind, room, labels, rooms, doors, plan.junctions, plan.furniture)
-
-
-def box_corners(center: tuple[float, float], size: tuple[float, float], yaw: float) -> np.ndarray:
-    """(4, 2) corners of a rectangle, counter-clockwise."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    half = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.asarray(size) / 2
-    return np.asarray(center) + half @ np.array([[c, s], [-s, c]])
-
-
-def inside(rings: tuple[np.ndarray, ...], points: np.ndarray) -> np.ndarray:
-    """(N,) whether points (N, 2) lie inside a polygon with holes (even-odd rule)."""
-    odd = np.zeros(len(points), bool)
-    x, y = points[:, 0], points[:, 1]
-    for ring in rings:
-        for (ax, ay), (bx, by) in _edges(ring):
-            between = (ay <= y) != (by <= y)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                odd ^= between & (x < ax + (y - ay) / (by - ay) * (bx - ax))
-    return odd
-
-
-def _edges(ring: np.ndarray) -> np.ndarray:
-    return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
-
-
-def _area(ring: np.ndarray) -> float:
-    """Signed: positive for a counter-clockwise ring."""
-    x, y = ring.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
-
-
-def _oriented(points: tuple[tuple[float, float], ...], ccw: bool) -> np.ndarray:
-    ring = np.array(points, float)
-    return ring if (_area(ring) > 0) == ccw else ring[::-1]
-
-
-def _directions(ring: np.ndarray) -> np.ndarray:
-    step = np.roll(ring, -1, axis=0) - ring
-    return step / np.linalg.norm(step, axis=1, keepdims=True)
-
-
-def _inset(ring: np.ndarray, distance: float) -> np.ndarray:
-    """The ring moved to its left, with mitred corners: vertex k stays the start of edge k."""
-    d = _directions(ring)
-    n = np.stack([-d[:, 1], d[:, 0]], 1)
-    before = np.roll(n, 1, axis=0)
-    return ring + distance * (n + before) / (1 + (n * before).sum(1, keepdims=True))
+    return Floor(
+        str(where), plan.name, start, segments, kind, room, labels, rooms, doors, plan.junctions, plan.furniture
+    )
 
 
 def _floor_room(id_: int, room: Room, wall: float, where: str | Path) -> FloorRoom:
-    rings = [_oriented(room.outline, True), *(_oriented(h, False) for h in room.holes)]
+    rings = [oriented(room.outline, True), *(oriented(h, False) for h in room.holes)]
     for ring in rings:
-        if _tangled(ring):
+        if tangled(ring):
             raise InputError(where, f'room "{room.name}": its outline crosses itself or runs back on itself')
-    outline, *holes = (_inset(r, wall / 2) for r in rings)
-    area = _area(outline) + sum(_area(h) for h in holes)
-    if _tangled(outline) or _area(outline) <= 0 or area < 0.25:
+    outline, *holes = (inset(r, wall / 2) for r in rings)
+    free = area(outline) + sum(area(h) for h in holes)
+    if tangled(outline) or area(outline) <= 0 or free < 0.25:
         raise InputError(where, f'room "{room.name}": no floor is left between its walls of {wall:g} m')
-    return FloorRoom(id_, room, outline, tuple(holes), area)
-
-
-def _tangled(ring: np.ndarray) -> bool:
-    """Whether a ring has an empty edge, a spike, or edges that cross."""
-    if (np.linalg.norm(np.roll(ring, -1, axis=0) - ring, axis=1) < 1e-6).any():
-        return True
-    d = _directions(ring)
-    if ((d * np.roll(d, 1, axis=0)).sum(1) < -0.999).any():
-        return True
-    e = _edges(ring)
-    a, b, c, dd = e[:, None, 0], e[:, None, 1], e[None, :, 0], e[None, :, 1]
-
-    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> np.ndarray:
-        return (q[..., 0] - p[..., 0]) * (r[..., 1] - p[..., 1]) - (q[..., 1] - p[..., 1]) * (r[..., 0] - p[..., 0])
-
-    cross = (side(a, b, c) * side(a, b, dd) < -1e-12) & (side(c, dd, a) * side(c, dd, b) < -1e-12)
-    return bool(cross.any())
+    return FloorRoom(id_, room, outline, tuple(holes), free)
 
 
 def _floor_door(index: int, door: Door, plan: Plan, where: str | Path) -> FloorDoor:
@@ -178,8 +124,8 @@ def _floor_door(index: int, door: Door, plan: Plan, where: str | Path) -> FloorD
     at = np.array(door.at)
     found: list[tuple[int, np.ndarray]] = []
     for i, room in enumerate(plan.rooms):
-        for ring in (_oriented(room.outline, True), *(_oriented(h, False) for h in room.holes)):
-            for start, end in _edges(ring):
+        for ring in (oriented(room.outline, True), *(oriented(h, False) for h in room.holes)):
+            for start, end in edges(ring):
                 length = np.linalg.norm(end - start)
                 along = (end - start) / length
                 s, off = (at - start) @ along, abs(along[0] * (at - start)[1] - along[1] * (at - start)[0])
@@ -189,7 +135,8 @@ def _floor_door(index: int, door: Door, plan: Plan, where: str | Path) -> FloorD
     if len(found) != 2 or found[0][0] == found[1][0] or abs(found[0][1] @ found[1][1]) < 0.999:
         names = ", ".join(plan.rooms[i - 1].name for i, _ in found) or "none"
         raise InputError(
-            where, f"{name}: is not on the common wall of two rooms (on walls of: {names}); put it on their common edge"
+            where,
+            f"{name}: not on the common wall of two rooms, but on walls of: {names}; move it to their common edge",
         )
     (a, along), (b, _) = found
     half = along * door.width / 2
@@ -204,12 +151,13 @@ def _check(plan: Plan, rooms: tuple[FloorRoom, ...], doors: tuple[FloorDoor, ...
     names = [r.name for r in plan.rooms]
     if twice := sorted({n for n in names if names.count(n) > 1}):
         raise InputError(where, f'room "{twice[0]}": the name is used twice')
+    corners = np.concatenate([r.outline for r in rooms])
+    if not (np.ptp(corners, axis=0) <= LARGEST).all():
+        raise InputError(where, f"the floor is more than {LARGEST:g} m wide; write coordinates in metres")
     with_door = {d.a for d in doors} | {d.b for d in doors}
     for r in rooms:
         if len(rooms) > 1 and r.id not in with_door:
-            raise InputError(
-                where, f'room "{r.room.name}": has no door; add one on a wall that it shares with another room'
-            )
+            raise InputError(where, f'room "{r.room.name}": has no door; add one on a wall shared with another room')
     for j in plan.junctions:
         if j.room not in names:
             raise InputError(where, f'junction at ({j.at[0]:g}, {j.at[1]:g}): there is no room "{j.room}"')
@@ -226,7 +174,7 @@ def _faces(r: FloorRoom, plan: Plan, doors: tuple[FloorDoor, ...], where: str | 
     """(K, 2, 2) faces of a room's walls, left out where an open door is."""
     mine = [(i, d) for i, d in enumerate(doors) if r.id in (d.a, d.b)]
     out = []
-    for start, end in (e for ring in r.rings for e in _edges(ring)):
+    for start, end in (e for ring in r.rings for e in edges(ring)):
         length = float(np.linalg.norm(end - start))
         along = (end - start) / length
         cuts = [0.0, length]
@@ -251,7 +199,7 @@ def _faces(r: FloorRoom, plan: Plan, doors: tuple[FloorDoor, ...], where: str | 
 
 def _overlap(cuts: list[float]) -> bool:
     spans = sorted(zip(cuts[::2], cuts[1::2], strict=True))
-    return any(b[0] < a[1] for a, b in zip(spans, spans[1:], strict=False))
+    return any(b[0] < a[1] for a, b in pairwise(spans))
 
 
 def _passage(d: FloorDoor, wall: float) -> np.ndarray:
@@ -261,7 +209,7 @@ def _passage(d: FloorDoor, wall: float) -> np.ndarray:
 
 
 def _reveals(d: FloorDoor, wall: float) -> np.ndarray:
-    return _edges(_passage(d, wall))[[1, 3]]
+    return edges(_passage(d, wall))[[1, 3]]
 
 
 def _shape(f: Furniture) -> list[np.ndarray]:

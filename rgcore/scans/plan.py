@@ -1,7 +1,7 @@
-"""A floor plan as a person writes it: rooms as polygons on the middle lines of the walls, doors as points on common walls.
+"""A floor plan as a person writes it: rooms as polygons on the middle lines of walls, doors as points on common walls.
 
-Neighbouring rooms share their wall's middle line, so coordinates are round numbers; the walls' faces follow from the wall
-thickness (``rgcore.scans.floor``). Metres, radians. See ``rgviz/demo/office.plan.json`` for a whole building.
+Neighbouring rooms share their wall's middle line, so coordinates are round numbers; the faces of the walls follow from
+the wall thickness (``rgcore.scans.floor``). Metres, radians. See ``rgviz/demo/office.plan.json`` for a whole building.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class PlanRecord(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of the plan's records: a misspelt field is an error, not a default."""
 
 
-class Room(PlanRecord):
-    """A room. ``outline`` and ``holes`` run on the middle lines of its walls, in either sense, first point not repeated."""
+class Room(PlanRecord, frozen=True):
+    """A room. ``outline`` and ``holes`` run on the middle lines of its walls, in either sense; no point is repeated."""
 
     name: Annotated[str, Meta(min_length=1)]
     outline: Ring
@@ -40,7 +40,7 @@ class Room(PlanRecord):
         return self.class_ or ("CDMA" if self.cls == "hallway" else "TOMA")
 
 
-class Door(PlanRecord):
+class Door(PlanRecord, frozen=True):
     """A door or a wide opening in the common wall of two rooms; ``at`` is the middle between its posts."""
 
     at: Point
@@ -49,7 +49,7 @@ class Door(PlanRecord):
     open: bool = True
 
 
-class Junction(PlanRecord):
+class Junction(PlanRecord, frozen=True):
     """Where the arms of one hallway meet: the hallway stays one region, the junction is noted in the truth."""
 
     room: str
@@ -63,7 +63,7 @@ class Junction(PlanRecord):
         return {2: "junction_L", 3: "junction_T", 4: "junction_X"}[len(self.arms)]
 
 
-class Furniture(PlanRecord):
+class Furniture(PlanRecord, frozen=True):
     """A box on the floor, or four legs at its corners (what a laser sees of a table)."""
 
     label: Annotated[str, Meta(min_length=1)]
@@ -73,7 +73,7 @@ class Furniture(PlanRecord):
     shape: Literal["box", "legs"] = "box"
 
 
-class Wall(PlanRecord):
+class Wall(PlanRecord, frozen=True):
     """A wall that stands free in a room: a partition, a pillar."""
 
     start: Point
@@ -81,7 +81,7 @@ class Wall(PlanRecord):
     thickness: Length = 0.1
 
 
-class Plan(PlanRecord):
+class Plan(PlanRecord, frozen=True):
     """A floor. ``wall`` is the thickness of all walls between rooms; ``start`` the robot's first pose, x y theta."""
 
     name: Annotated[str, Meta(min_length=1)]

@@ -1,4 +1,4 @@
-"""A simulated robot: it drives through a floor with a laser and a drifting odometry, and writes what a real one would log."""
+"""A simulated robot: it drives through a floor with a laser and a drifting odometry, and logs what a real one would."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ from rgcore.config import Settings, setting
 from rgcore.errors import InputError
 from rgcore.geometry import se2
 from rgcore.geometry.raycast import cast
-from rgcore.scans.drive import Drive, Driving, drive
+from rgcore.scans.drive import Driving, drive
 from rgcore.scans.floor import Floor, build_floor
 from rgcore.scans.log import ScanLog
 from rgcore.scans.plan import read_plan
+from rgcore.scans.plan_image import is_image, read_floor_image
+from rgcore.scans.truth import write_truth
 
 NO_RETURN = 81.91
 """m, what a SICK LMS reports where nothing came back."""
 
 
-class Laser(Settings):
+class Laser(Settings, frozen=True):
     """The laser: by default a SICK LMS 200 facing forward."""
 
     beams: Annotated[int, setting("beams", "one a degree", ge=2, le=3600)] = 181
@@ -39,8 +41,8 @@ class Laser(Settings):
     forward: Annotated[float, setting("m", "how far the laser sits before the robot's centre", ge=-2, le=2)] = 0.0
 
 
-class Odometry(Settings):
-    """Errors of the odometry motion model (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, section 5.4) and a bias."""
+class Odometry(Settings, frozen=True):
+    """Odometry motion model (Thrun, Burgard, Fox: Probabilistic Robotics, 2005, section 5.4) with biases."""
 
     rotation_by_turn: Annotated[float, setting("rad/rad", "alpha 1: noise of a rotation by its size", ge=0, le=1)] = (
         0.05
@@ -57,7 +59,7 @@ class Odometry(Settings):
     ] = 0.001
 
 
-class Simulation(Settings):
+class Simulation(Settings, frozen=True):
     """All of a simulated robot."""
 
     seed: Annotated[int, setting("1", "of all noise", ge=0)] = 0
@@ -80,7 +82,7 @@ class Simulated:
 
 
 def simulate(floor: Floor, settings: Simulation | None = None) -> Simulated:
-    """Drive through a floor and scan. Same floor and settings give the same bytes. Raises InputError as :func:`drive` does."""
+    """Drive through a floor and scan: same floor and settings, same log. Raises InputError as :func:`drive` does."""
     s = settings or Simulation()
     way = drive(floor, s.driving)
     chance = np.random.default_rng(s.seed)
@@ -118,8 +120,8 @@ def measure_ranges(exact: np.ndarray, laser: Laser, chance: np.random.Generator)
 def measure_odometry(poses: np.ndarray, odometry: Odometry, chance: np.random.Generator) -> np.ndarray:
     """(N, 3) poses as odometry counts them: begins at the true pose and drifts.
 
-    Each step is taken apart into a rotation, a way and a second rotation, as in the book; a way shorter than 1 cm counts as
-    a rotation on the spot, and one that points backwards is driven in reverse.
+    Each step is taken apart into a rotation, a way and a second rotation, as in the book; a way below 1 cm counts
+    as a rotation on the spot, and one that points backwards is driven in reverse.
     """
     o = odometry
     step = se2.relative(poses[:-1], poses[1:])
@@ -145,12 +147,13 @@ def measure_odometry(poses: np.ndarray, odometry: Odometry, chance: np.random.Ge
 def write_carmen(log: ScanLog, path: str | Path) -> None:
     """Write a CARMEN log of FLASER lines, gzipped if the name ends in ``.gz``; no echo is written as 81.91 m.
 
-    FLASER carries no angles: 181 and 361 beams over half a turn (and 180, 360 with the end left out) are what readers take.
+    FLASER carries no angles: 181 and 361 beams over half a turn (180 and 360 without the end) are what readers take.
     Raises OSError.
     """
     lines = [
         "# message formats defined: FLASER",
-        "# FLASER num_readings [range_readings] x y theta odom_x odom_y odom_theta ipc_timestamp ipc_hostname logger_timestamp",
+        "# FLASER num_readings [range_readings] x y theta odom_x odom_y odom_theta"
+        " ipc_timestamp ipc_hostname logger_timestamp",
     ]
     ranges = np.where(np.isfinite(log.ranges), log.ranges, NO_RETURN)
     for r, laser, robot, t in zip(ranges, log.odom_from_laser, log.odom_from_base, log.stamps, strict=True):
@@ -169,8 +172,6 @@ def simulate_to_files(
     settings: Simulation | None = None,
 ) -> Simulated:
     """Simulate a floor plan, JSON or an image of ``resolution`` [m a pixel]; write the log, and the truth beside it."""
-    from rgcore.scans.truth import write_truth
-
     s = settings or Simulation(seed=seed)
     simulated = simulate(read_floor(plan, resolution), s)
     write_carmen(simulated.log, log)
@@ -180,23 +181,8 @@ def simulate_to_files(
 
 def read_floor(plan: str | Path, resolution: float | None = None) -> Floor:
     """The floor of a plan in a file, JSON or image; the content decides. Raises InputError."""
-    from rgcore.scans.plan_image import is_image, read_floor_image
-
     if is_image(plan):
         if resolution is None:
             raise InputError(plan, "an image needs the size of its pixels; give it with --resolution, e.g. 0.05")
         return read_floor_image(plan, resolution)
     return build_floor(read_plan(plan), plan)
-
-
-__all__ = [
-    "Drive",
-    "Laser",
-    "Odometry",
-    "Simulated",
-    "Simulation",
-    "read_floor",
-    "simulate",
-    "simulate_to_files",
-    "write_carmen",
-]

@@ -8,7 +8,7 @@ NAME.poses.tum    true pose of the laser at each scan
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -16,7 +16,9 @@ import numpy as np
 from rgcore.scans.drive import crosses
 from rgcore.scans.floor import FACE, POST, Floor
 from rgcore.scans.plan_image import write_labels
-from rgcore.scans.simulate import Simulated
+
+if TYPE_CHECKING:
+    from rgcore.scans.simulate import Simulated
 
 
 def truth_of(simulated: Simulated) -> dict[str, Any]:
@@ -56,8 +58,8 @@ def truth_of(simulated: Simulated) -> dict[str, Any]:
         ],
         "closed_doors": [{"regions": [d.a, d.b], "posts": _round(d.posts)} for d in floor.doors if not d.door.open],
         "junctions": _junctions(floor),
-        "objects": [o for o in _furniture(floor, "box")],
-        "tables": [o for o in _furniture(floor, "legs")],
+        "objects": _furniture(floor, "box"),
+        "tables": _furniture(floor, "legs"),
         "lines": [
             {
                 "start": _round(a),
