@@ -92,6 +92,14 @@ def draw_lines(shape: tuple[int, int], starts: np.ndarray, ends: np.ndarray, wid
     return image > 0
 
 
+def fill_polygons(mask: np.ndarray, polygons: list[np.ndarray], value: bool) -> np.ndarray:
+    """The mask with polygons (n, 2) [cells, a cell's centre at .5] set to a value."""
+    image = mask.astype(np.uint8)
+    for p in polygons:
+        cv2.fillPoly(image, [np.round((p - 0.5) * 16).astype(np.int32)], int(value), shift=4)
+    return image > 0
+
+
 def outlines(mask: np.ndarray) -> list[tuple[np.ndarray, list[np.ndarray]]]:
     """Outer ring and holes of each piece of a mask, as rings (n, 2) of border *cells* (ix, iy)."""
     contours, tree = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)

@@ -30,8 +30,10 @@ class Chords(Evidence):
     along    (K, 2)    unit vector from the first post to the second
     width    (K,)      distance of the posts, less the half cell on each side that is the obstacle itself
     reach    (K, 2)    how far one comes ahead and behind, up to three times ``LOOK``
-    profile  (K, S)    width of the free space parallel to the chord at each of ``offsets``; 0 where the way is blocked
+    profile  (K, S, 2) free way from the line through the middle towards the side of each post, at each of ``offsets``
+                       along that line; 0 where the line is blocked before
     runs     (K, 2)    how far a wall goes on beyond each post in line with the chord, up to ``LOOK``
+    thick    (K, 2)    how thick that wall is a little beyond each post, up to ``LOOK``
     offsets  (S,)      positions along the way through, from behind (negative) to ahead
     """
 
@@ -42,16 +44,12 @@ class Chords(Evidence):
     reach: np.ndarray
     profile: np.ndarray
     runs: np.ndarray
+    thick: np.ndarray
     offsets: np.ndarray
 
     @classmethod
     def whole(cls) -> frozenset[str]:
         return frozenset({"offsets"})
-
-    @property
-    def across(self) -> np.ndarray:
-        """(K, 2) unit vector of the way through."""
-        return np.stack([-self.along[:, 1], self.along[:, 0]], 1)
 
 
 def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chords:
@@ -64,19 +62,22 @@ def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chor
         here = np.s_[: h - dy, max(0, -dx) : w - max(0, dx)]
         there = np.s_[dy:, max(0, dx) : w + min(0, dx)]
         d = distance[here]
-        wanted = (d > low) & (d < high)
-        y, x = np.nonzero(wanted)
+        y, x = np.nonzero((d > low) & (d < high))
         a, b = nearest[here][y, x], nearest[there][y, x]
         keep = np.hypot(*(a - b).T) > 2 * OPPOSITE * d[y, x]
         posts.append(np.stack([a[keep], b[keep]], 1))
-    pairs = np.concatenate(posts)
-    flip = (pairs[:, 0, 0] > pairs[:, 1, 0]) | ((pairs[:, 0, 0] == pairs[:, 1, 0]) & (pairs[:, 0, 1] > pairs[:, 1, 1]))
-    pairs[flip] = pairs[flip][:, ::-1]
-    pairs = np.unique(pairs.reshape(-1, 4), axis=0).reshape(-1, 2, 2)
+    pairs = _unique(np.concatenate(posts))
     turned = [in_line(free, p, resolution) for p in (pairs, pairs[:, ::-1])]
-    pairs = np.unique(np.concatenate([pairs, *turned]).reshape(-1, 4), axis=0).reshape(-1, 2, 2)
-    gap = np.hypot(*(pairs[:, 1] - pairs[:, 0]).T)
-    return measure_chords(free, pairs[(gap > 2 * low) & (gap < 2 * high)], resolution)
+    pairs = _unique(np.concatenate([pairs, *turned]))
+    gap = np.hypot(*(pairs[:, 1] - pairs[:, 0]).T) - 1
+    return measure_chords(free, pairs[(gap >= 2 * low) & (gap <= 2 * high)], resolution)
+
+
+def _unique(pairs: np.ndarray) -> np.ndarray:
+    """Each chord once, whichever post comes first."""
+    flip = (pairs[:, 0, 0] > pairs[:, 1, 0]) | ((pairs[:, 0, 0] == pairs[:, 1, 0]) & (pairs[:, 0, 1] > pairs[:, 1, 1]))
+    pairs = np.where(flip[:, None, None], pairs[:, ::-1], pairs)
+    return np.unique(pairs.reshape(-1, 4), axis=0).reshape(-1, 2, 2)
 
 
 def in_line(free: np.ndarray, posts: np.ndarray, resolution: float) -> np.ndarray:
@@ -87,36 +88,40 @@ def in_line(free: np.ndarray, posts: np.ndarray, resolution: float) -> np.ndarra
     """
     a, d = posts[:, 0] + 0.5, (posts[:, 1] - posts[:, 0]).astype(float)
     n = round(LOOK / resolution)
-    base = np.arctan2(d[:, 1], d[:, 0])[:, None] + np.radians(np.arange(-48, 49, 4))[None]
-    direction = np.stack([np.cos(base), np.sin(base)], -1).reshape(-1, 2)
-    start = np.repeat(a, base.shape[1], axis=0)
+    angle = np.arctan2(d[:, 1], d[:, 0])[:, None] + np.radians(np.arange(-48, 49, 4))[None]
+    direction = np.stack([np.cos(angle), np.sin(angle)], -1).reshape(-1, 2)
+    start = np.repeat(a, angle.shape[1], axis=0)
     wall = dilate(~free, 1)
     length = 1.5 + reach(free, start + 1.5 * direction, direction, 2 * n)
     end = start + length[:, None] * direction
     runs = reach(wall, start, -direction, 0.5 * n) + 0.5 * reach(wall, end, direction, 0.5 * n)
-    value = (runs - length).reshape(base.shape)
-    value[(length <= 2).reshape(base.shape)] = -np.inf
+    value = (runs - length).reshape(angle.shape)
+    value[(length <= 2).reshape(angle.shape)] = -np.inf
     best = np.arange(len(posts)), value.argmax(1)
-    tip = np.floor(end.reshape(*base.shape, 2)[best]).astype(posts.dtype)
+    tip = np.floor(end.reshape(*angle.shape, 2)[best]).astype(posts.dtype)
     return np.stack([posts[:, 0], tip], 1)
 
 
 def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float) -> Chords:
-    """Chords between given cells (K, 2, 2), with the profile of the free space around them."""
+    """Chords between given cells (K, 2, 2), with what the free space and the walls around them look like."""
     a, b = posts[:, 0] + 0.5, posts[:, 1] + 0.5
     middle, gap = (a + b) / 2, np.hypot(*(b - a).T)
-    along = (b - a) / gap[:, None]
+    along = (b - a) / np.maximum(gap, 1)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], 1)
     n = round(LOOK / resolution)
-    offsets = np.arange(-n, n + 1)
-    ahead = reach(free, middle, across, 3 * n)
-    behind = reach(free, middle, -across, 3 * n)
+    offsets = np.arange(-n, n + 1, 2)
+    ahead = np.stack([reach(free, middle, across, 3 * n), reach(free, middle, -across, 3 * n)], 1)
     points = middle[:, None] + offsets[None, :, None] * across[:, None]
-    open_ = (offsets <= ahead[:, None]) & (offsets >= -behind[:, None])
-    k, s = np.nonzero(open_)
-    limit = 2 * n
-    profile = np.zeros(open_.shape)
-    profile[k, s] = reach(free, points[k, s], along[k], limit) + reach(free, points[k, s], -along[k], limit)
-    near_wall = dilate(~free, 2)
+    k, s = np.nonzero((offsets <= ahead[:, :1]) & (offsets >= -ahead[:, 1:]))
+    profile = np.zeros((len(posts), len(offsets), 2))
+    profile[k, s, 0] = reach(free, points[k, s], -along[k], 2 * n)
+    profile[k, s, 1] = reach(free, points[k, s], along[k], 2 * n)
+    blocked = ~free
+    near_wall = dilate(blocked, 2)
     runs = np.stack([reach(near_wall, a, -along, n), reach(near_wall, b, along, n)], 1)
-    return Chords(posts, middle, along, gap - 1, np.stack([ahead, behind], 1), profile, runs, offsets)
+    beyond = 0.2 / resolution
+    thick = [
+        reach(blocked, p + beyond * d, across, n) + reach(blocked, p + beyond * d, -across, n)
+        for p, d in ((a, -along), (b, along))
+    ]
+    return Chords(posts, middle, along, gap - 1, ahead, profile, runs, np.stack(thick, 1), offsets)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -11,96 +13,86 @@ from rgcore.config import Places as Settings
 from rgcore.evidence import Evidence
 from rgcore.lines.merge import Lines
 from rgcore.places.chords import Chords
+from rgcore.places.network import Network
 from rgcore.places.places import FoundGateway, Places, Point
+
+KINDS = ("none", "door", "opening", "junction")
+"""What the network tells apart: no transition, a gap in a wall, a hallway's mouth into a room, an arm of a junction."""
+
+WEIGHTS = Path(__file__).with_name("gateways.npz")
+"""Made by ``python -m rgcore.places.train_gateways``."""
 
 AHEAD = 1.2
 """m: a space that opens behind a chord stays open for at least this."""
 
+PROBES = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8)
+"""m: distances before and behind a chord at which the network sees the width of the free space."""
+
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses(Evidence):
-    """Chords that may be gateways, the likeliest first (K), in cells.
-
-    posts (K, 2, 2), score (K,) in 0..1, opening (K,): wide on one side only, a hallway's end
-    """
+    """Chords that may be gateways, the best first (K): posts (K, 2, 2) in cells, score (K,), kind (K,) in ``KINDS``."""
 
     posts: np.ndarray
     score: np.ndarray
-    opening: np.ndarray
+    kind: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Sides(Evidence):
-    """What the free space does on one side of each chord (K): all in metres.
-
-    depth  way until the space is wider than the chord for good; inf if it never is
-    wide   its greatest width over the next ``AHEAD``
-    stays  share of ``AHEAD`` for which it stays wide
-    reach  way until it is blocked
-    """
-
-    depth: np.ndarray
-    wide: np.ndarray
-    stays: np.ndarray
-    reach: np.ndarray
+@lru_cache(maxsize=1)
+def network() -> Network:
+    """The shipped network."""
+    return Network.load(WEIGHTS)
 
 
-def both_sides(chords: Chords, resolution: float) -> tuple[Sides, Sides]:
-    """The sides ahead of and behind each chord."""
-    width, profile = chords.width * resolution, chords.profile * resolution
-    need = np.maximum(1.25 * width, width + 0.3)[:, None]
-    middle, span = len(chords.offsets) // 2, round(AHEAD / resolution)
-    sides = []
-    for side, p in enumerate((profile[:, middle:], profile[:, middle::-1])):
-        wide, blocked = p >= need, p <= 0
-        first = np.where(wide.any(1), wide.argmax(1), p.shape[1])
-        step = np.arange(p.shape[1])
-        passed = np.logical_or.accumulate(blocked, axis=1)
-        after = (step >= first[:, None]) & (step < first[:, None] + span)
-        sides.append(
-            Sides(
-                np.where(first < p.shape[1], first * resolution, np.inf),
-                np.where(after, p, 0).max(1),
-                (wide & after).sum(1) / np.maximum((after & ~passed).sum(1), 1),
-                chords.reach[:, side] * resolution,
-            )
-        )
-    return sides[0], sides[1]
+def features(chords: Chords, resolution: float) -> np.ndarray:
+    """(K, F) what the network sees of each chord; the side that opens first counts as the first side."""
+    width = chords.width * resolution
+    half = (width / 2)[:, None, None]
+    profile = chords.profile * resolution - half
+    middle, step = len(chords.offsets) // 2, (chords.offsets[1] - chords.offsets[0]) * resolution
+    ways = profile[:, middle:], profile[:, middle::-1]
+    depth = np.stack([_depth(w.sum(2), width, step) for w in ways], 1)
+    rest = np.stack([_stays(w.sum(2), width, step, depth[:, i]) for i, w in enumerate(ways)], 1)
+    reach = np.minimum(chords.reach * resolution, 6.0)
+    at = np.round(np.array(PROBES) / step).astype(int)
+    swap = (depth[:, 1] < depth[:, 0]) | ((depth[:, 1] == depth[:, 0]) & (reach[:, 1] > reach[:, 0]))
+    columns = [np.log(width)[:, None], np.sort(chords.runs, 1) * resolution, np.sort(chords.thick, 1) * resolution]
+    for values in (depth, rest, reach):
+        columns.append(np.where(swap[:, None], values[:, ::-1], values))
+    for first, second in ((0, 1), (1, 0)):
+        w = np.where(swap[:, None, None], ways[second][:, at], ways[first][:, at])
+        w = np.clip(np.sort(w, axis=2), -1, 2)
+        columns += [w[:, :, 0], w[:, :, 1]]
+    return np.concatenate(columns, 1)
+
+
+def _depth(extra: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
+    """(K,) m until the free space is wider than the chord by a quarter, at least 0.3 m; 2 if it never is."""
+    wide = extra >= np.maximum(0.25 * width, 0.3)[:, None]
+    return np.where(wide.any(1), wide.argmax(1) * step, 2.0)
+
+
+def _stays(extra: np.ndarray, width: np.ndarray, step: float, depth: np.ndarray) -> np.ndarray:
+    """(K,) share of the next ``AHEAD`` metres over which it stays that wide."""
+    wide = extra >= np.maximum(0.25 * width, 0.3)[:, None]
+    at = np.arange(extra.shape[1]) * step
+    after = (at >= depth[:, None]) & (at < depth[:, None] + AHEAD)
+    return (wide & after).sum(1) / (AHEAD / step)
 
 
 def judge(chords: Chords, resolution: float, settings: Settings) -> Hypotheses:
-    """Score the chords and keep the best of those that are near each other."""
-    front, back = both_sides(chords, resolution)
-    width = chords.width * resolution
-    runs = np.sort(chords.runs, axis=1) * resolution
-    stays = np.minimum(front.stays, back.stays) >= 0.85
-    wall = front.depth + back.depth
-    in_line = (runs[:, 0] >= 0.15) & (runs[:, 1] >= 0.5)
-    door = stays & (wall <= 0.8) & (width <= settings.max_gateway) & in_line
-    one = np.minimum(front.depth, back.depth)
-    far = np.maximum(front.depth, back.depth)
-    nearer = front.depth < back.depth
-    wide = np.where(nearer, front.wide, back.wide)
-    ahead = np.where(nearer, front.reach, back.reach)
-    stay = np.where(nearer, front.stays, back.stays)
-    opening = (
-        ~door & (one <= 0.35) & (far >= 1.5) & (wide >= 2 * width) & (stay >= 0.9) & (ahead >= 2 * width) & in_line
-    )
-    kept = np.nonzero(door | opening)[0]
-    lean = np.where(door, np.abs(np.minimum(front.depth, 9) - np.minimum(back.depth, 9)), one)
-    score = (
-        np.where(door, 1.0, 0.6)
-        * np.exp(-0.3 * width)
-        * np.exp(-0.5 * lean)
-        * (0.5 + 0.25 * np.minimum(runs.sum(1), 2))
-    )
-    order = kept[np.argsort(-score[kept], kind="stable")]
+    """Score the chords by the network and keep the best of those that are near each other."""
+    chance = network().probabilities(features(chords, resolution))
+    kind = 1 + chance[:, 1:3].argmax(1)
+    score = chance[:, 1] + chance[:, 2]
+    kept = np.nonzero(score >= settings.min_confidence)[0]
+    order = kept[np.argsort(-(score - 0.1 * chords.width * resolution)[kept], kind="stable")]
     chosen: list[int] = []
     for k in order:
         if all(not _clash(chords, k, j, 0.5 / resolution) for j in chosen):
             chosen.append(k)
     pick = np.array(chosen, int)
-    return Hypotheses(chords.posts[pick], score[pick], opening[pick])
+    return Hypotheses(chords.posts[pick], score[pick], kind[pick])
 
 
 def _clash(chords: Chords, a: int, b: int, near: float) -> bool:
@@ -131,21 +123,19 @@ def _snapped(gateway: FoundGateway, ends: np.ndarray, settings: Settings) -> Fou
         far = np.hypot(*(ends - p).T)
         near = np.argsort(far, kind="stable")[:4]
         choices.append([(0.1, p), *[(float(far[k]), ends[k]) for k in near if far[k] <= settings.snap_distance]])
-    best = min(
-        (
-            (da + db + 2 * abs(np.hypot(*(q - p)) - width), i, j)
-            for i, (da, p) in enumerate(choices[0])
-            for j, (db, q) in enumerate(choices[1])
-        )
-    )
-    p, q = choices[0][best[1]][1], choices[1][best[2]][1]
+    pairs = [
+        (da + db + 2 * abs(np.hypot(*(q - p)) - width), i, j)
+        for i, (da, p) in enumerate(choices[0])
+        for j, (db, q) in enumerate(choices[1])
+    ]
+    _, i, j = min(pairs)
+    p, q = choices[0][i][1], choices[1][j][1]
     shift = (p + q) / 2 - (a + b) / 2
-    move = lambda points: tuple(point(np.array(x) + shift) for x in points)  # noqa: E731
     return msgspec.structs.replace(
         gateway,
         posts=(point(p), point(q)),
         crossing_points=(point((p + q) / 2),),
-        gateway_points=move(gateway.gateway_points),
+        gateway_points=tuple(point(np.array(x) + shift) for x in gateway.gateway_points),
     )
 
 

@@ -9,7 +9,7 @@ from rgcore.geometry import polygons, se2
 from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode
 from rgcore.places.chords import find_chords
 from rgcore.places.freespace import FreeSpace
-from rgcore.places.gateways import Hypotheses, judge, point
+from rgcore.places.gateways import KINDS, Hypotheses, judge, point
 from rgcore.places.places import FoundGateway, FoundRegion, Places
 from rgcore.scans.extract import Segments
 from rgcore.scans.log import ScanLog
@@ -99,7 +99,7 @@ def _places(labels: Grid, found: Hypotheses, trajectory: Trajectory, settings: S
     labels = labels.like(rank[labels.values])
     regions = tuple(_region(labels, i, int(first[order[i]]), settings) for i in range(count))
     gateways = [
-        _gateway(labels, found.posts[k], bool(found.opening[k]), float(found.score[k]), positions)
+        _gateway(labels, found.posts[k], KINDS[int(found.kind[k])], float(found.score[k]), positions)
         for k in range(len(found))
     ]
     known = [g for g in gateways if g is not None]
@@ -120,16 +120,14 @@ def _region(labels: Grid, index: int, first_scan: int, settings: Settings) -> Fo
     )
 
 
-def _gateway(
-    labels: Grid, posts: np.ndarray, opening: bool, score: float, positions: np.ndarray
-) -> FoundGateway | None:
+def _gateway(labels: Grid, posts: np.ndarray, kind: str, score: float, positions: np.ndarray) -> FoundGateway | None:
     a, b = labels.centers(posts)
     u = (b - a) / np.hypot(*(b - a))
     a, b = a + 0.5 * labels.resolution * u, b - 0.5 * labels.resolution * u
     front, back = _sides(labels.values, posts)
     if front < 0 or back < 0 or front == back:
         return None
-    return describe(a, b, (front, back), "opening" if opening else "narrow_passage", score, positions)
+    return describe(a, b, (front, back), "opening" if kind == "opening" else "narrow_passage", score, positions)
 
 
 def describe(
