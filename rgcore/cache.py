@@ -60,7 +60,7 @@ class Cache:
 
 @lru_cache(maxsize=1)
 def software() -> str:
-    """Version of the software with a digest of the stages' own source and weights: changed code never meets old results."""
+    """Version of the software with a digest of the stages' source and weights: changed code never meets old results."""
     root = Path(rgcore.__file__).parent
     h = hashlib.sha256()
     rooms = (f for room in _ROOMS for f in (root / room).rglob("*") if f.suffix in (".py", ".npz"))

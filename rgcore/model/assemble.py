@@ -146,11 +146,12 @@ def _objects(objects: Sequence[FoundObject]) -> Iterable[MapObject]:
         along, across, height = o.size
         yield MapObject(
             id=f"o{i + 1}",
+            label=o.label,
             center=(_r(x), _r(y), _r(z)),
             size=(_r(along), _r(across), _r(height)),
             yaw=_r(o.yaw),
             lines=tuple(f"l{k + 1}" for k in o.lines),
-            region=f"r{o.region + 1}" if o.region is not None and o.region >= 0 else None,
+            region=f"r{o.region + 1}" if o.region >= 0 else None,
             confidence=_r(o.confidence),
         )
 

@@ -8,13 +8,14 @@ allowed is to try it.
 from __future__ import annotations
 
 import math
-from typing import Any, TypeVar, get_args
+from typing import get_args
 
 import msgspec
 import numpy as np
 
 from rgcore.errors import EditError
 from rgcore.model.boxes import fit_box
+from rgcore.model.edit import Edit, drop, put, the_gateway, the_line, the_object, the_region
 from rgcore.model.fields import (
     Angle,
     ClassName,
@@ -32,33 +33,8 @@ from rgcore.model.fields import (
     new_id,
     refusal,
 )
-from rgcore.model.records import Gateway, MapObject, Point, Region, RGMap, replace
-
-E = TypeVar("E", bound="Edit")
-
-
-class Edit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True, tag_field="edit"):
-    """Base of all edits: subclasses give ``change`` and ``title``."""
-
-    def apply(self, map: RGMap) -> RGMap:
-        """The map with this edit. Raises EditError with a sentence if a value is out of bounds or the map refuses."""
-        return self.checked().change(map)
-
-    def checked(self: E) -> E:
-        """The same edit as the journal will give it back, every value within its bounds. Raises EditError."""
-        try:
-            return msgspec.json.decode(msgspec.json.encode(self, enc_hook=_plain), type=type(self))
-        except msgspec.ValidationError as e:
-            raise refusal(type(self), e) from e
-        except (TypeError, ValueError) as e:
-            raise EditError(f"{type(self).__name__}: {e}") from e
-
-    def change(self, map: RGMap) -> RGMap:
-        raise NotImplementedError
-
-    def title(self, map: RGMap) -> str:
-        """What the edit does, for the undo button; ``map`` is the one that it is applied to."""
-        raise NotImplementedError
+from rgcore.model.follow import Follow
+from rgcore.model.records import MapObject, RGMap, replace
 
 
 class ClassifyRegion(Edit, frozen=True):
@@ -68,7 +44,7 @@ class ClassifyRegion(Edit, frozen=True):
     class_: ClassName = msgspec.field(name="class")
 
     def change(self, map: RGMap) -> RGMap:
-        return _with(map, "regions", replace(_region(map, self.region), class_=self.class_))
+        return put(map, "regions", replace(the_region(map, self.region), class_=self.class_))
 
     def title(self, map: RGMap) -> str:
         return f"relabel {self.region} as {self.class_}"
@@ -81,7 +57,7 @@ class RenameRegion(Edit, frozen=True):
     name: Name
 
     def change(self, map: RGMap) -> RGMap:
-        return _with(map, "regions", replace(_region(map, self.region), name=self.name))
+        return put(map, "regions", replace(the_region(map, self.region), name=self.name))
 
     def title(self, map: RGMap) -> str:
         return f"rename {self.region} to {self.name}"
@@ -94,7 +70,7 @@ class ClassifyGateway(Edit, frozen=True):
     class_: ClassName = msgspec.field(name="class")
 
     def change(self, map: RGMap) -> RGMap:
-        return _with(map, "gateways", replace(_gateway(map, self.gateway), class_=self.class_))
+        return put(map, "gateways", replace(the_gateway(map, self.gateway), class_=self.class_))
 
     def title(self, map: RGMap) -> str:
         return f"relabel {self.gateway} as {self.class_}"
@@ -107,7 +83,7 @@ class RenameGateway(Edit, frozen=True):
     name: Text
 
     def change(self, map: RGMap) -> RGMap:
-        return _with(map, "gateways", replace(_gateway(map, self.gateway), name=self.name))
+        return put(map, "gateways", replace(the_gateway(map, self.gateway), name=self.name))
 
     def title(self, map: RGMap) -> str:
         return f"rename {self.gateway} to {self.name}" if self.name else f"take the name off {self.gateway}"
@@ -122,15 +98,15 @@ class MoveGateway(Edit, frozen=True):
     gateway_points: Places | None = None
 
     def change(self, map: RGMap) -> RGMap:
-        old = _gateway(map, self.gateway)
+        old = the_gateway(map, self.gateway)
         if math.dist(*self.posts) < 0.05:
             raise EditError(f"the posts of {self.gateway} would stand less than 5 cm apart")
         if self.gateway_points is not None and len(self.gateway_points) != len(old.regions):
             given = len(self.gateway_points)
             raise EditError(f"{self.gateway} needs {len(old.regions)} gateway-points, one a region, not {given}")
-        follow = _Follow(old.posts, self.posts)
+        follow = Follow(old.posts, self.posts)
         crossing, points = self.crossing_points, self.gateway_points
-        return _with(
+        return put(
             map,
             "gateways",
             replace(
@@ -152,7 +128,7 @@ class DeleteGateway(Edit, frozen=True):
     gateway: GatewayId
 
     def change(self, map: RGMap) -> RGMap:
-        return _without(map, "gateways", _gateway(map, self.gateway).id)
+        return drop(map, "gateways", the_gateway(map, self.gateway).id)
 
     def title(self, map: RGMap) -> str:
         return f"delete {self.gateway}"
@@ -175,9 +151,9 @@ class SeedObject(Edit, frozen=True):
         if len(set(self.lines)) < len(self.lines):
             raise EditError("a line is named twice")
         for line in self.lines:
-            _item(map, "lines", "line", line)
+            the_line(map, line)
         if self.region is not None:
-            _region(map, self.region)
+            the_region(map, self.region)
         made = MapObject(
             id=self.id,
             label=self.label,
@@ -188,7 +164,7 @@ class SeedObject(Edit, frozen=True):
             region=self.region,
             confidence=1.0,
         )
-        return _with(map, "objects", made)
+        return put(map, "objects", made)
 
     def title(self, map: RGMap) -> str:
         return f"make an object of {len(self.lines)} line{'s' * (len(self.lines) != 1)}"
@@ -203,8 +179,8 @@ class MoveObject(Edit, frozen=True):
     yaw: Angle
 
     def change(self, map: RGMap) -> RGMap:
-        moved = replace(_object(map, self.object), center=self.center, size=self.size, yaw=self.yaw)
-        return _with(map, "objects", moved)
+        moved = replace(the_object(map, self.object), center=self.center, size=self.size, yaw=self.yaw)
+        return put(map, "objects", moved)
 
     def title(self, map: RGMap) -> str:
         return f"move {self.object}"
@@ -217,7 +193,7 @@ class LabelObject(Edit, frozen=True):
     label: Text
 
     def change(self, map: RGMap) -> RGMap:
-        return _with(map, "objects", replace(_object(map, self.object), label=self.label))
+        return put(map, "objects", replace(the_object(map, self.object), label=self.label))
 
     def title(self, map: RGMap) -> str:
         return f"label {self.object} as {self.label}" if self.label else f"take the label off {self.object}"
@@ -229,7 +205,7 @@ class DeleteObject(Edit, frozen=True):
     object: ObjectId
 
     def change(self, map: RGMap) -> RGMap:
-        return _without(map, "objects", _object(map, self.object).id)
+        return drop(map, "objects", the_object(map, self.object).id)
 
     def title(self, map: RGMap) -> str:
         return f"delete {self.object}"
@@ -271,7 +247,7 @@ def object_from_lines(map: RGMap, lines: tuple[str, ...] | list[str], height: fl
 
     Raises EditError if there is no such line.
     """
-    chosen = [_item(map, "lines", "line", id) for id in dict.fromkeys(lines)]
+    chosen = [the_line(map, id) for id in dict.fromkeys(lines)]
     if not chosen:
         raise EditError("an object needs at least one line")
     homes = [line.regions[0] for line in chosen if line.regions]
@@ -286,66 +262,3 @@ def object_from_lines(map: RGMap, lines: tuple[str, ...] | list[str], height: fl
         yaw=yaw,
         region=home,
     ).checked()
-
-
-class _Follow:
-    """Takes points along when the posts move: stretched along the opening, rigid across it."""
-
-    def __init__(self, old: tuple[Point, Point], new: tuple[Point, Point]) -> None:
-        a, b = np.array(old), np.array(new)
-        self.mid, self.new_mid = a.mean(0), b.mean(0)
-        u, v = a[1] - a[0], b[1] - b[0]
-        self.stretch = float(np.hypot(*v) / max(np.hypot(*u), 1e-9))
-        turn = math.atan2(v[1], v[0]) - math.atan2(u[1], u[0])
-        # two posts have no order: by at most a quarter turn, so that no gateway-point changes sides
-        self.turn = (turn + math.pi / 2) % math.pi - math.pi / 2
-        self.along = u / max(np.hypot(*u), 1e-9)
-
-    def points(self, points: tuple[Point, ...]) -> tuple[Point, ...]:
-        c, s = math.cos(self.turn), math.sin(self.turn)
-        out = []
-        for p in points:
-            d = np.array(p) - self.mid
-            d = d + (self.stretch - 1) * (d @ self.along) * self.along
-            x, y = self.new_mid + np.array([c * d[0] - s * d[1], s * d[0] + c * d[1]])
-            out.append((round(float(x), 6), round(float(y), 6)))
-        return tuple(out)
-
-    def directions(self, angles: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(round(math.remainder(a + self.turn, 2 * math.pi), 6) for a in angles)
-
-
-def _plain(value: Any) -> Any:
-    """NumPy values in an edit that a script made, as plain ones."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} is no value for an edit")
-
-
-def _item(map: RGMap, kind: str, word: str, id: str) -> Any:
-    try:
-        return getattr(map, kind)[id]
-    except KeyError:
-        raise EditError(f"there is no {word} {id} in this map") from None
-
-
-def _region(map: RGMap, id: str) -> Region:
-    return _item(map, "regions", "region", id)
-
-
-def _gateway(map: RGMap, id: str) -> Gateway:
-    return _item(map, "gateways", "gateway", id)
-
-
-def _object(map: RGMap, id: str) -> MapObject:
-    return _item(map, "objects", "object", id)
-
-
-def _with(map: RGMap, kind: str, item: Any) -> RGMap:
-    """The map with one item set; the same map if it is equal already."""
-    items = getattr(map, kind)
-    return map if items.get(item.id) == item else replace(map, **{kind: {**items, item.id: item}})
-
-
-def _without(map: RGMap, kind: str, id: str) -> RGMap:
-    return replace(map, **{kind: {k: v for k, v in getattr(map, kind).items() if k != id}})

@@ -1,6 +1,7 @@
 """Carrying edits to a new run: ids by matching the old base with the new one, places with the poses near them.
 
-``carry`` walks an edit by the types of its fields (``fields.py``), so a new edit needs no code here. Each edit ends as applied or as a conflict that is kept and told: nothing is guessed, nothing vanishes.
+``carry`` walks an edit by the types of its fields (``fields.py``), so a new edit needs no code here. Each edit ends as
+applied or as a conflict that is kept and told: nothing is guessed, nothing vanishes.
 """
 
 from __future__ import annotations

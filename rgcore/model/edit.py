@@ -1,0 +1,81 @@
+"""What every edit is: a frozen value with ``apply``, checked against the types of its fields."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import msgspec
+import numpy as np
+
+from rgcore.errors import EditError
+from rgcore.model.fields import refusal
+from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, replace
+
+E = TypeVar("E", bound="Edit")
+T = TypeVar("T")
+
+
+class Edit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True, tag_field="edit"):
+    """Base of all edits: subclasses give ``change`` and ``title``."""
+
+    def apply(self, map: RGMap) -> RGMap:
+        """The map with this edit. Raises EditError with a sentence if a value is out of bounds or the map refuses."""
+        return self.checked().change(map)
+
+    def checked(self: E) -> E:
+        """The same edit as the journal will give it back, every value within its bounds. Raises EditError."""
+        try:
+            return msgspec.json.decode(msgspec.json.encode(self, enc_hook=_plain), type=type(self))
+        except msgspec.ValidationError as e:
+            raise refusal(type(self), e) from e
+        except (TypeError, ValueError) as e:
+            raise EditError(f"{type(self).__name__}: {e}") from e
+
+    def change(self, map: RGMap) -> RGMap:
+        raise NotImplementedError
+
+    def title(self, map: RGMap) -> str:
+        """What the edit does, for the undo button; ``map`` is the one that it is applied to."""
+        raise NotImplementedError
+
+
+def _plain(value: Any) -> Any:
+    """NumPy values in an edit that a script made, as plain ones."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} is no value for an edit")
+
+
+def the_line(map: RGMap, id: str) -> Line:
+    """A line of the map. Raises EditError, as its siblings do, if it is not there."""
+    return _the(map.lines, "line", id)
+
+
+def the_region(map: RGMap, id: str) -> Region:
+    return _the(map.regions, "region", id)
+
+
+def the_gateway(map: RGMap, id: str) -> Gateway:
+    return _the(map.gateways, "gateway", id)
+
+
+def the_object(map: RGMap, id: str) -> MapObject:
+    return _the(map.objects, "object", id)
+
+
+def put(map: RGMap, kind: str, item: Any) -> RGMap:
+    """The map with one item set; the same map if it is so already."""
+    items = getattr(map, kind)
+    return map if items.get(item.id) == item else replace(map, **{kind: {**items, item.id: item}})
+
+
+def drop(map: RGMap, kind: str, id: str) -> RGMap:
+    """The map without one item."""
+    return replace(map, **{kind: {k: v for k, v in getattr(map, kind).items() if k != id}})
+
+
+def _the(items: dict[str, T], word: str, id: str) -> T:
+    try:
+        return items[id]
+    except KeyError:
+        raise EditError(f"there is no {word} {id} in this map") from None
