@@ -13,6 +13,7 @@ _BIN = 0.025  # m, of the coverage along a line
 _WINDOW = 60  # bins (1.5 m) on each side that a bin's coverage is compared with
 _GAP_SHARE = 0.08  # of the coverage left and right: less is a gap that a few far segments bridged
 _END_SHARE = 0.03  # the same at the ends, where the wall may just be seen less
+_ALIKE = np.cos(np.deg2rad(30.0))  # directions that may belong to one wall
 _SMOOTH = 2  # bins on each side over which hits and passes are compared
 
 
@@ -86,38 +87,55 @@ def _runs(first, low, line_of, spans, points, passes, gap, min_support):  # type
 
 
 def unhidden(lines: np.ndarray, region: np.ndarray, support: np.ndarray, settings: Settings) -> np.ndarray:
-    """(L,) mask of the lines that stay: not those that a stronger line of the same side and region hides.
+    """Lines (L, 2, 2) cut back to where no stronger line of the same side and region hides them; some to length 0.
 
-    Two faces close behind one another cannot both be seen from the same side; the weaker one is noise (a bad pose, a
-    door leaf, a grazing beam).
+    Two faces close behind one another cannot both be seen from the same side: the weaker one is noise (a bad pose, a
+    door leaf, a grazing beam), or the next chord of a curved wall, which then begins where the other ends.
     """
     strength = geometry.lengths(lines) * support
     order = np.lexsort((np.arange(len(lines)), -strength))
-    return _unhidden(lines, region, strength, order, 2.0 * settings.distance)
+    return _unhidden(lines, region, order, 2.0 * settings.distance)
 
 
 @njit(cache=True, nogil=True)
-def _unhidden(lines, region, strength, order, near):  # type: ignore[no-untyped-def]
-    keep = np.ones(len(lines), np.bool_)
+def _unhidden(lines, region, order, near):  # type: ignore[no-untyped-def]
+    out = lines.copy()
     for a in range(len(order)):
         weak = order[a]
         wx, wy = lines[weak, 1, 0] - lines[weak, 0, 0], lines[weak, 1, 1] - lines[weak, 0, 1]
         length = np.hypot(wx, wy)
-        hidden = 0.0
+        wx, wy = wx / length, wy / length
+        start, end = 0.0, length
         for b in range(a):
             strong = order[b]
-            if not keep[strong] or region[strong] != region[weak] or strength[strong] < 2.0 * strength[weak]:
+            if region[strong] != region[weak]:
                 continue
-            px, py = lines[strong, 0, 0], lines[strong, 0, 1]
-            ux, uy = lines[strong, 1, 0] - px, lines[strong, 1, 1] - py
+            px, py = out[strong, 0, 0], out[strong, 0, 1]
+            ux, uy = out[strong, 1, 0] - px, out[strong, 1, 1] - py
             reach = np.hypot(ux, uy)
+            if reach == 0.0 or wx * ux + wy * uy < _ALIKE * reach:
+                continue
             ux, uy = ux / reach, uy / reach
-            if wx * ux + wy * uy < 0.9 * length:
+            x, y = lines[weak, 0, 0] - px, lines[weak, 0, 1] - py
+            low, high = _between(x * ux + y * uy, wx * ux + wy * uy, 0.0, reach)
+            near_low, near_high = _between(y * ux - x * uy, wy * ux - wx * uy, -near, near)
+            low, high = max(start, low, near_low), min(end, high, near_high)
+            if low >= high:
                 continue
-            x1, y1 = lines[weak, 0, 0] - px, lines[weak, 0, 1] - py
-            x2, y2 = lines[weak, 1, 0] - px, lines[weak, 1, 1] - py
-            if max(abs(y1 * ux - x1 * uy), abs(y2 * ux - x2 * uy)) > near:
-                continue
-            hidden += max(0.0, min(reach, x2 * ux + y2 * uy) - max(0.0, x1 * ux + y1 * uy))
-        keep[weak] = hidden < 0.5 * length
-    return keep
+            if low - start >= end - high:  # the longer rest stays
+                end = low
+            else:
+                start = high
+        for k in range(2):
+            t = end if k else start
+            out[weak, k, 0], out[weak, k, 1] = lines[weak, 0, 0] + t * wx, lines[weak, 0, 1] + t * wy
+    return out
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _between(value, slope, low, high):  # type: ignore[no-untyped-def]
+    """The t for which value + slope t lies between low and high."""
+    if abs(slope) < 1e-12:
+        return (-np.inf, np.inf) if low <= value <= high else (np.inf, -np.inf)
+    one, other = (low - value) / slope, (high - value) / slope
+    return min(one, other), max(one, other)

@@ -62,7 +62,8 @@ def merge_lines(
     eyes = trajectory.map_from_laser[segments.scan, :2] - center
     frames, line_of = grow_lines(ends, segments.points, region, settings)
     found, line_of = _cut(frames, line_of, ends, segments.points, eyes, settings)
-    keep = unhidden(found, region_of(line_of, region, len(found)), _count(line_of, len(found)), settings)
+    found = unhidden(found, region_of(line_of, region, len(found)), _count(line_of, len(found)), settings)
+    keep = geometry.lengths(found) >= settings.min_length
     found, line_of = found[keep], _renumbered(line_of, keep)
     return _ordered(found, line_of, ends, center, segments.scan, region)
 
