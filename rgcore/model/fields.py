@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 import secrets
-from typing import Annotated, Any, get_args, get_origin, get_type_hints
+import types
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 import msgspec
 from msgspec import Meta
@@ -79,11 +80,13 @@ def refusal(type_: type[msgspec.Struct], error: Exception) -> EditError:
 
 def _description(hint: Any, depth: int) -> str:
     """What the type of a value says of itself; ``depth``: how many tuples inside the field the value lies."""
-    says = "is not what it should be"
-    for _ in range(depth + 1):
-        if get_origin(hint) is not Annotated:
-            hint = next((a for a in get_args(hint) if get_origin(a) is Annotated), hint)  # X | None, tuple[X, X]
-        bare, *metas = get_args(hint) or (hint,)
+    says = ""
+    while depth >= 0 or not says:
+        if get_origin(hint) in (Union, types.UnionType):
+            hint = next(a for a in get_args(hint) if a is not types.NoneType)
+        bare, *metas = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         says = next((m.description for m in metas if isinstance(m, Meta) and m.description), says)
-        hint = next(iter(get_args(bare)), bare)
+        if not get_args(bare):
+            break
+        hint, depth = get_args(bare)[0], depth - 1
     return says

@@ -19,7 +19,7 @@ class Follow:
         self.stretch = float(np.hypot(*v) / max(np.hypot(*u), 1e-9))
         turn = math.atan2(v[1], v[0]) - math.atan2(u[1], u[0])
         # two posts have no order: by at most a quarter turn, so that no gateway-point changes sides
-        self.turn = (turn + math.pi / 2) % math.pi - math.pi / 2
+        self.turn = math.pi / 2 - (math.pi / 2 - turn) % math.pi
         self.along = u / max(np.hypot(*u), 1e-9)
 
     def points(self, points: tuple[Point, ...]) -> tuple[Point, ...]:
@@ -29,8 +29,12 @@ class Follow:
             d = np.array(p) - self.mid
             d = d + (self.stretch - 1) * (d @ self.along) * self.along
             x, y = self.new_mid + np.array([c * d[0] - s * d[1], s * d[0] + c * d[1]])
-            out.append((round(float(x), 6), round(float(y), 6)))
+            out.append((_r(x), _r(y)))
         return tuple(out)
 
     def directions(self, angles: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(round(math.remainder(a + self.turn, 2 * math.pi), 6) for a in angles)
+        return tuple(_r(math.remainder(a + self.turn, 2 * math.pi)) for a in angles)
+
+
+def _r(value: float) -> float:
+    return round(float(value), 6) + 0.0  # + 0.0: never -0.0
