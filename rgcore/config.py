@@ -77,7 +77,7 @@ class Places(Settings):
     max_range: Annotated[float, setting("m", "farther readings show little of a room and much of pose errors", gt=0, le=200)] = 20.0
     robot_radius: Annotated[float, setting("m", "half the width of a usual robot: the box of a region is that of its possible positions", gt=0, le=3)] = 0.25
     min_gateway: Annotated[float, setting("m", "narrower gaps let no robot through", gt=0, le=5)] = 0.5
-    max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 3.0
+    max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 5.0
     clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
     min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.5
     snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15

@@ -17,7 +17,7 @@ from rgcore.geometry.grid import clearance, dilate, reach
 OPPOSITE = 0.9
 """Sine of half the angle that the two nearest obstacles must at least subtend: they lie on opposite sides."""
 
-LOOK = 2.0
+LOOK = 4.0
 """m: how far ahead and behind a chord the width of the free space is measured."""
 
 
@@ -29,11 +29,11 @@ class Chords(Evidence):
     middle   (K, 2)    halfway between them
     along    (K, 2)    unit vector from the first post to the second
     width    (K,)      distance of the posts, less the half cell on each side that is the obstacle itself
-    reach    (K, 2)    how far one comes ahead and behind, up to three times ``LOOK``
+    reach    (K, 2)    how far one comes ahead and behind, up to twice ``LOOK``
     profile  (K, S, 2) free way from the line through the middle towards the side of each post, at each of ``offsets``
                        along that line; 0 where the line is blocked before
-    runs     (K, 2)    how far a wall goes on beyond each post in line with the chord, up to ``LOOK``
-    thick    (K, 2)    how thick that wall is a little beyond each post, up to ``LOOK``
+    runs     (K, 2)    how far a wall goes on beyond each post in line with the chord, up to half of ``LOOK``
+    thick    (K, 2)    how thick that wall is a little beyond each post, up to half of ``LOOK``
     offsets  (S,)      positions along the way through, from behind (negative) to ahead
     """
 
@@ -94,7 +94,7 @@ def in_line(free: np.ndarray, posts: np.ndarray, resolution: float) -> np.ndarra
     wall = dilate(~free, 1)
     length = 1.5 + reach(free, start + 1.5 * direction, direction, 2 * n)
     end = start + length[:, None] * direction
-    runs = reach(wall, start, -direction, 0.5 * n) + 0.5 * reach(wall, end, direction, 0.5 * n)
+    runs = reach(wall, start, -direction, 0.25 * n) + 0.5 * reach(wall, end, direction, 0.25 * n)
     value = (runs - length).reshape(angle.shape)
     value[(length <= 2).reshape(angle.shape)] = -np.inf
     best = np.arange(len(posts)), value.argmax(1)
@@ -110,18 +110,18 @@ def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float) -> Ch
     across = np.stack([-along[:, 1], along[:, 0]], 1)
     n = round(LOOK / resolution)
     offsets = np.arange(-n, n + 1, 2)
-    ahead = np.stack([reach(free, middle, across, 3 * n), reach(free, middle, -across, 3 * n)], 1)
+    ahead = np.stack([reach(free, middle, across, 2 * n), reach(free, middle, -across, 2 * n)], 1)
     points = middle[:, None] + offsets[None, :, None] * across[:, None]
     k, s = np.nonzero((offsets <= ahead[:, :1]) & (offsets >= -ahead[:, 1:]))
     profile = np.zeros((len(posts), len(offsets), 2))
-    profile[k, s, 0] = reach(free, points[k, s], -along[k], 2 * n)
-    profile[k, s, 1] = reach(free, points[k, s], along[k], 2 * n)
+    profile[k, s, 0] = reach(free, points[k, s], -along[k], n)
+    profile[k, s, 1] = reach(free, points[k, s], along[k], n)
     blocked = ~free
     near_wall = dilate(blocked, 2)
-    runs = np.stack([reach(near_wall, a, -along, n), reach(near_wall, b, along, n)], 1)
+    runs = np.stack([reach(near_wall, a, -along, n / 2), reach(near_wall, b, along, n / 2)], 1)
     beyond = 0.2 / resolution
     thick = [
-        reach(blocked, p + beyond * d, across, n) + reach(blocked, p + beyond * d, -across, n)
+        reach(blocked, p + beyond * d, across, n / 2) + reach(blocked, p + beyond * d, -across, n / 2)
         for p, d in ((a, -along), (b, along))
     ]
     return Chords(posts, middle, along, gap - 1, ahead, profile, runs, np.stack(thick, 1), offsets)

@@ -92,8 +92,8 @@ def _branch(
 
 
 def _door_width(rng: np.random.Generator, room: float) -> float:
-    usual = rng.uniform(0.7, 1.15) if rng.random() < 0.75 else rng.uniform(1.15, 2.6)
-    return float(min(usual, 0.75 * room))
+    usual = rng.uniform(0.65, 1.15) if rng.random() < 0.7 else rng.uniform(1.15, 2.4)
+    return float(min(usual, 0.8 * room))
 
 
 def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, side: int) -> None:
@@ -109,7 +109,11 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
         f.rooms.append((x, y0, x + w, y1))
         wall = edge - side * t / 2
         for _ in range(2 if w > 4 and rng.random() < 0.25 else 1):
-            if rng.random() < 0.88:
+            if w > 4.5 and d > 3.5 and rng.random() < 0.2:
+                gap = float(rng.uniform(2.4, min(4.9, 0.8 * w)))
+                at = x + float(rng.uniform(0.2, w - gap - 0.2))
+                f.door((at, wall), (at + gap, wall), "opening")
+            elif rng.random() < 0.88:
                 gap = _door_width(rng, w)
                 at = x + float(rng.choice([rng.uniform(0, w - gap), 0.05, w - gap - 0.05], p=[0.7, 0.15, 0.15]))
                 f.door((at, wall), (at + gap, wall))

@@ -25,7 +25,7 @@ WEIGHTS = Path(__file__).with_name("gateways.npz")
 AHEAD = 1.2
 """m: a space that opens behind a chord stays open for at least this."""
 
-PROBES = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8)
+PROBES = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8, 2.4, 3.2)
 """m: distances before and behind a chord at which the network sees the width of the free space."""
 
 
@@ -61,7 +61,7 @@ def features(chords: Chords, resolution: float) -> np.ndarray:
         columns.append(np.where(swap[:, None], values[:, ::-1], values))
     for first, second in ((0, 1), (1, 0)):
         w = np.where(swap[:, None, None], ways[second][:, at], ways[first][:, at])
-        w = np.clip(np.sort(w, axis=2), -1, 2)
+        w = np.clip(np.sort(w, axis=2), -1, 3)
         columns += [w[:, :, 0], w[:, :, 1]]
     return np.concatenate(columns, 1)
 

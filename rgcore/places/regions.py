@@ -6,7 +6,7 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.geometry import polygons, se2
-from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode
+from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode, grow
 from rgcore.places.chords import find_chords
 from rgcore.places.freespace import FreeSpace
 from rgcore.places.gateways import KINDS, Hypotheses, judge, point
@@ -40,29 +40,54 @@ def open_space(free: FreeSpace, settings: Settings) -> np.ndarray:
 
 
 def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Settings) -> tuple[np.ndarray, list[int]]:
-    """Labels (H, W) of the pieces, -1 = none, and which hypotheses separate two of them."""
+    """Labels (H, W) of the pieces, -1 = none, and which hypotheses separate two of them.
+
+    Gaps too narrow for a robot separate as well, but are no gateways. A piece too small for a place gives up its
+    weakest cut; one that no gateway leads to joins the neighbour with which it shares the longest gap.
+    """
     walls = draw_lines(open_.shape, found.posts[:, 0], found.posts[:, 1], 2)
-    labels, stats = components(open_ & ~walls)
-    labels = labels.astype(np.int32) - 1
+    labels = _pieces(open_ & ~walls, round(0.5 * settings.min_gateway / resolution) - 1)
     cuts = list(range(len(found)))
-    area = stats[1:, 4] * resolution**2
+    area = np.bincount(labels[labels >= 0]) * resolution**2
+    contact = _contacts(labels, len(area))
     while True:
         sides = {k: _sides(labels, found.posts[k]) for k in cuts}
         cuts = [k for k in cuts if sides[k][0] != sides[k][1] and min(sides[k]) >= 0]
-        tiny = [(min(area[sides[k][0]], area[sides[k][1]]), k) for k in cuts]
-        least = min(tiny, default=(np.inf, -1))
-        if least[0] >= settings.min_area:
-            break
-        a, b = sides[least[1]]
+        weak = [(found.score[k], k) for k in cuts if min(area[sides[k][0]], area[sides[k][1]]) < settings.min_area]
+        if weak:
+            a, b = sides[min(weak)[1]]
+        else:
+            joined = {s for k in cuts for s in sides[k]}
+            alone = [i for i in range(len(area)) if area[i] > 0 and i not in joined and contact[i].any()]
+            if not alone:
+                break
+            a = min(alone, key=lambda i: area[i])
+            b = int(contact[a].argmax())
         small, large = (a, b) if area[a] < area[b] else (b, a)
-        area[large] += area[small]
-        area[small] = 0
         labels[labels == small] = large
-    joined = {s for k in cuts for s in sides[k]}
+        area[large], area[small] = area[large] + area[small], 0
+        contact[large] += contact[small]
+        contact[:, large] += contact[:, small]
+        contact[small], contact[:, small], contact[large, large] = 0, 0, 0
     keep = [i for i in range(len(area)) if area[i] >= settings.min_area and (i in joined or area[i] > 4)]
     renumber = np.full(len(area) + 1, -1, np.int32)
     renumber[keep] = np.arange(len(keep))
     return _fill(renumber[labels], walls & open_), cuts
+
+
+def _pieces(mask: np.ndarray, radius: int) -> np.ndarray:
+    """Connected pieces of a mask in which a disc [cells] can move about, grown back to the mask; -1 elsewhere."""
+    labels, _ = components(erode(mask, radius))
+    return grow(labels, mask, 2 * radius) - 1
+
+
+def _contacts(labels: np.ndarray, count: int) -> np.ndarray:
+    """(count, count) number of neighbouring cells of each two labels."""
+    out = np.zeros((count, count), int)
+    for a, b in ((labels[:, 1:], labels[:, :-1]), (labels[1:], labels[:-1])):
+        meet = (a != b) & (a >= 0) & (b >= 0)
+        np.add.at(out, (a[meet], b[meet]), 1)
+    return out + out.T
 
 
 def _fill(labels: np.ndarray, gap: np.ndarray) -> np.ndarray:
