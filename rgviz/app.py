@@ -1,0 +1,323 @@
+"""The app: a gated server, the session behind it, a view for each browser in front of it.
+
+One way round: a browser's event is posted to the editor's thread, a command or tool makes an edit of it, the session writes
+and makes it, the scene draws what changed, every browser sees it.
+"""
+
+from __future__ import annotations
+
+import functools
+import sys
+import threading
+import time
+import webbrowser
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import viser
+
+from rgcore.config import Config
+from rgcore.errors import InputError, ProjectError, RgError
+from rgcore.model.project import Project
+from rgcore.model.records import RGMap
+from rgviz import theme
+from rgviz.bridge import HEAD
+from rgviz.commands import COMMANDS, Command, split_key
+from rgviz.gate import File, Gate, hosts_for, link, new_token
+from rgviz.jobs import Finished, MappingJob, Report
+from rgviz.picking import Picker
+from rgviz.scene import Scene
+from rgviz.server import close_server, open_server, patched_page
+from rgviz.session import Session, Worker
+from rgviz.view import View
+
+MEDIA = {".json": "application/json", ".glb": "model/gltf-binary", ".svg": "image/svg+xml", ".tum": "text/plain"}
+
+
+class App:
+    """The editor on a port. ``start`` returns at once; ``stop`` ends everything that it started."""
+
+    def __init__(self, host: str = "127.0.0.1", port: int = 8080, token: str | None = None) -> None:
+        self.host = host
+        names, any_ip = hosts_for(host)
+        self.gate = Gate(token or new_token(), names, any_ip, static_folder(), patched_page(theme.NAME, HEAD))
+        for ending, media in MEDIA.items():
+            self.gate.routes[f"/export/map{ending}"] = functools.partial(self._export, ending, media)
+        self.worker = Worker()
+        self.session: Session | None = None
+        self.job: MappingJob | None = None
+        self.failure: str | None = None
+        self.views: dict[int, View] = {}
+        self._report: Report | None = None
+        self._slam_began = 0.0
+        self._name = theme.NAME
+        self._picker: Picker | None = None
+        self.server = open_server(self.gate, host, port)
+        self.scene = Scene(self.server)
+        self._furnish()
+
+    # ---- state that views read ----------------------------------------------------------------------------------------
+
+    @property
+    def url(self) -> str:
+        """The address to open; it carries the token."""
+        return link(self.gate, self.host)
+
+    @property
+    def map(self) -> RGMap:
+        return self.session.map if self.session is not None else (self.scene.map or RGMap())
+
+    @property
+    def title(self) -> str:
+        return self._name
+
+    @property
+    def picker(self) -> Picker:
+        if self._picker is None or self._picker.map is not self.map:
+            self._picker = Picker(self.map)
+        return self._picker
+
+    @property
+    def opened(self) -> Session:
+        if self.session is None:
+            raise ProjectError("The map is still being made; it can be edited as soon as it is done.")
+        return self.session
+
+    @property
+    def read_only(self) -> bool:
+        return self.session is None or self.session.project.read_only
+
+    @property
+    def undo_title(self) -> str | None:
+        return self.session.undo_title if self.session else None
+
+    @property
+    def redo_title(self) -> str | None:
+        return self.session.redo_title if self.session else None
+
+    # ---- what there is to show ----------------------------------------------------------------------------------------
+
+    def open_project(self, path: Path) -> None:
+        """Open a project and show it. Raises ProjectError."""
+        project = Project.open(path)
+        self.worker.post(self._show_project, project)
+        self.worker.wait()
+
+    def map_log(self, log: Path, project: Path, config: Config | None = None) -> None:
+        """Map a log in a process of its own, show how it goes, then open the project."""
+        self._name = log.name.split(".")[0]
+        self.job = MappingJob(log, project, config or Config(), lambda m: self.worker.post(self._hear_job, m))
+
+    def stop(self) -> None:
+        """End the server, the mapping and the project; safe to call twice."""
+        if self.job is not None:
+            self.job.cancel()
+        self.worker.finish()
+        close_server(self.server)
+        if self.session is not None:
+            self.session.project.close()
+
+    def status_html(self) -> str:
+        """What to tell above the buttons: progress, failure, who else holds the project."""
+        if self.failure is not None:
+            return f'<div class="rg"><div class="error">{escape(self.failure)}</div></div>'
+        if self.session is None:
+            return _progress_html(self._report, self._slam_began)
+        project = self.session.project
+        if project.read_only:
+            who = f" by {escape(str(project.holder))}" if project.holder else ""
+            return f'<div class="rg"><div class="error">Read-only: the project is held{who}.</div></div>'
+        return ""
+
+    # ---- on the editor's thread ---------------------------------------------------------------------------------------
+
+    def _show_project(self, project: Project) -> None:
+        self.session = Session(project)
+        self.session.listen(self._map_changed)
+        self.job = None
+        self._name = project.name
+        self.scene.show_evidence(np.asarray(project.points), np.asarray(project.trajectory.map_from_base)[:, :2])
+        self.scene.show(project.map)
+        for view in self.views.values():
+            view.bridge.tell("title", text=f"{self._name} - {theme.NAME}")
+            view.map_changed()
+            view.show_extent()
+
+    def _map_changed(self, _before: RGMap, after: RGMap) -> None:
+        self.scene.show(after)
+        for view in self.views.values():
+            view.map_changed()
+
+    def _hear_job(self, message: Report | Finished) -> None:
+        if isinstance(message, Finished):
+            assert self.job is not None
+            if message.error is None:
+                self._show_project(Project.open(self.job.project))
+                return
+            self.failure = message.error
+            sys.stderr.write(f"rgviz: {message.error}\n")
+        else:
+            self._show_report(message)
+        for view in self.views.values():
+            view.panels.refresh()
+
+    def _show_report(self, report: Report) -> None:
+        if report.stage == "slam" and (self._report is None or self._report.stage != "slam"):
+            self._slam_began = time.monotonic()
+        self._report = report
+        if report.points is not None and report.path is not None:
+            self.scene.show_evidence(report.points, report.path)
+        if report.map is not None:
+            self.scene.show(report.map)
+        if report.points is not None or report.map is not None:
+            for view in self.views.values():
+                view.show_extent()
+                view.tell_labels()
+
+    def _join(self, client: viser.ClientHandle) -> None:
+        with client.atomic():
+            view = View(self, client)
+        self.views[client.client_id] = view
+
+    def _leave(self, client: viser.ClientHandle) -> None:
+        self.views.pop(client.client_id, None)
+
+    # ---- the server's side --------------------------------------------------------------------------------------------
+
+    def _furnish(self) -> None:
+        server = self.server
+        server.gui.configure_theme(
+            titlebar_content={
+                "image": {
+                    "image_url_light": "/static/logo.svg",
+                    "image_url_dark": None,
+                    "image_alt": theme.NAME,
+                    "href": None,
+                },
+                "buttons": ({"text": "Help", "icon": "Description", "href": "/static/help.html"},),
+            },
+            control_layout="floating",
+            show_logo=False,
+            show_share_button=False,
+            brand_color=theme.BRAND,
+        )
+        server.gui.set_panel_label("Edit")
+        server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(330)
+        camera = server.initial_camera
+        camera.position, camera.look_at, camera.up = (0.0, -0.01, 200.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+        camera.fov, camera.near, camera.far = 0.1, 10.0, 1000.0
+        for command in COMMANDS:
+            for key in command.keys or (None,):
+                self._register(command, key)
+
+        @server.scene.on_click()  # type: ignore[arg-type]
+        async def _(event: Any) -> None:
+            self._post(event.client_id, lambda view: view.click(event))
+
+        @server.scene.on_click(modifier="shift")  # type: ignore[arg-type]
+        async def _(event: Any) -> None:
+            self._post(event.client_id, lambda view: view.click(event, add=True))
+
+        @server.on_client_connect
+        async def _(client: viser.ClientHandle) -> None:
+            self.worker.post(self._join, client)
+
+        @server.on_client_disconnect
+        async def _(client: viser.ClientHandle) -> None:
+            self.worker.post(self._leave, client)
+
+    def _register(self, command: Command, key: str | None) -> None:
+        letter, modifier = split_key(key) if key else (None, None)
+        entry = self.server.gui.add_command(command.title, hotkey=letter, modifier=modifier)  # type: ignore[arg-type]
+
+        @entry.on_trigger
+        async def _(event: Any) -> None:
+            self._post(event.client_id, command.run)
+
+    def _post(self, client_id: int, task: Any) -> None:
+        view = self.views.get(client_id)
+        if view is not None:
+            view.post(task, view)
+
+    def _export(self, ending: str, media: str, _query: dict[str, str]) -> File:
+        from rgcore.exports.formats import render
+
+        project = self.opened.project
+        return File(render(ending, project.map, project.trajectory), media, f"{self._name}{ending}")
+
+
+def view(
+    path: Path,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    open_browser: bool = True,
+    project_path: Path | None = None,
+    config: Config | None = None,
+    token: str | None = None,
+) -> None:
+    """Serve a project, or map a log first, until Ctrl+C. Raises RgError if there is nothing to serve."""
+    path = Path(path)
+    project = path if path.is_dir() else project_path or Path(path.name.split(".")[0] + ".rg")
+    if not path.exists():
+        raise InputError(path, "there is no such file or project")
+    app = App(host, port, token)
+    try:
+        if (project / "current").exists() or path.is_dir():
+            app.open_project(project)
+        else:
+            app.map_log(path, project, config)
+        sys.stdout.write(f"{app.title}: open {app.url}\nCtrl+C stops it.\n")
+        sys.stdout.flush()
+        if open_browser:
+            threading.Thread(target=webbrowser.open, args=(app.url,), daemon=True).start()
+        _wait(app)
+    finally:
+        app.stop()
+
+
+def _wait(app: App) -> None:
+    """Until Ctrl+C; or, if the mapping failed, until nobody looks on any more."""
+    while app.failure is None or app.views:
+        time.sleep(0.2)
+    raise RgError(app.failure)
+
+
+def static_folder() -> Path:
+    """``static/`` of the installed package, or of the checkout."""
+    here = Path(__file__).parent
+    return here / "static" if (here / "static").is_dir() else here.parent / "static"
+
+
+STAGE_TITLES = {
+    "read": "Reading the log",
+    "extract": "Finding segments",
+    "slam": "Finding the robot's way",
+    "freespace": "Seeing free space",
+    "places": "Finding regions and gateways",
+    "lines": "Merging lines",
+    "accuracy": "Measuring accuracy",
+    "classes": "Telling classes",
+    "objects": "Finding objects",
+    "save": "Writing the project",
+}
+
+
+def _progress_html(report: Report | None, slam_began: float) -> str:
+    if report is None:
+        return '<div class="rg">Starting ...</div>'
+    share = report.done / report.total if report.total else 0.0
+    title = STAGE_TITLES.get(report.stage, report.stage)
+    stages = list(STAGE_TITLES)
+    number = stages.index(report.stage) + 1 if report.stage in stages else 0
+    rate = ""
+    if report.stage == "slam" and report.done and (took := time.monotonic() - slam_began) > 0.3:
+        rate = f", {report.done / took:,.0f} scans/s"
+    color = theme.css(theme.BRAND)
+    return (
+        f'<div class="rg" id="rg-progress"><div class="rg-h">Mapping<small>step {number} of {len(stages)}</small></div>{escape(title)}'
+        f'<span class="muted"> {100 * share:.0f} %{rate}</span>'
+        f'<div class="bar"><i style="width:{100 * share:.0f}%;background:{color}"></i></div></div>'
+    )

@@ -1,0 +1,53 @@
+"""What a selection looks like: a few strokes over the map, drawn in the browser that selected."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rgcore.model.records import MapObject, RGMap
+from rgviz import theme
+from rgviz.layers import BOX_EDGES, Artist, Drawings, Faces, Strokes, object_corners
+from rgviz.picking import Item
+
+
+def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
+    """Outlines and lines of the selected items, and a tint on selected floors."""
+    strokes: list[np.ndarray] = []
+    floors: list[np.ndarray] = []
+    for i in items:
+        if i.kind == "region":
+            r = map_.regions[i.id]
+            strokes += [_ring(ring) for ring in (r.boundary, *r.holes)]
+            floors.append(artist.floor(r).reshape(-1, 2))
+        elif i.kind == "gateway":
+            strokes.append(_raised(np.array([map_.gateways[i.id].posts])))
+        elif i.kind == "line":
+            strokes.append(_raised(np.array([[map_.lines[i.id].start, map_.lines[i.id].end]])))
+        else:
+            strokes.append(object_corners(map_.objects[i.id])[BOX_EDGES])
+    out: Drawings = {}
+    if strokes:
+        out["strokes"] = Strokes(np.concatenate(strokes).astype(np.float32), theme.SELECTION, theme.SELECTION_WIDTH)
+    if floors:
+        corners = np.concatenate(floors)
+        flat = np.full((len(corners), 3), theme.Z_FLOOR + 0.005, np.float32)
+        flat[:, :2] = corners
+        out["floors"] = Faces(flat, np.arange(len(flat)).reshape(-1, 3), theme.SELECTION, 0.12)
+    return out
+
+
+def box(o: MapObject) -> Drawings:
+    """The edges of a box that is being moved."""
+    edges = object_corners(o)[BOX_EDGES].astype(np.float32)
+    return {"edges": Strokes(edges, theme.SELECTION, theme.SELECTION_WIDTH)}
+
+
+def _ring(ring: tuple[tuple[float, float], ...]) -> np.ndarray:
+    a = np.asarray(ring)
+    return _raised(np.stack([a, np.roll(a, -1, 0)], 1))
+
+
+def _raised(strokes: np.ndarray) -> np.ndarray:
+    out = np.full((*strokes.shape[:-1], 3), theme.Z_SELECTION)
+    out[..., :2] = strokes
+    return out

@@ -1,0 +1,272 @@
+"""The layers of the view: each a function from the map to a few drawings (plain arrays; no viser here).
+
+A layer is drawn whole into a handful of batched nodes, never one node a thing, and is drawn again only when one of the tables
+that it names in ``reads`` has changed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from rgcore.geometry.polygons import label_place, triangulate
+from rgcore.model.records import Box2, MapObject, Region, RGMap
+from rgviz import theme
+from rgviz.theme import RGB
+
+
+@dataclass(frozen=True)
+class Strokes:
+    """Straight strokes ``ends (N, 2, 3)`` [m] of one colour or one each ``(N, 3)`` (sRGB), ``width`` in pixels."""
+
+    ends: np.ndarray
+    color: RGB | np.ndarray
+    width: float
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Triangles: ``vertices (V, 3)`` [m], ``faces (F, 3)``; one colour; ``shaded``: lit from the side as a solid."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    color: RGB
+    opacity: float = 1.0
+    shaded: bool = False
+
+
+@dataclass(frozen=True)
+class Dots:
+    """Points (N, 3) [m] of one colour, ``size`` in metres."""
+
+    points: np.ndarray
+    color: RGB
+    size: float
+    shape: str = "circle"
+
+
+Drawing = Strokes | Faces | Dots
+Drawings = dict[str, Drawing]
+"""A layer's drawings by the name of their node."""
+
+
+@dataclass
+class Artist:
+    """What drawing needs beside the map: the evidence, and what is worth keeping from one drawing to the next."""
+
+    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.float32))
+    trajectory: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
+    colors: dict[str, RGB] = field(default_factory=dict)
+    _floors: dict[str, tuple[object, np.ndarray]] = field(default_factory=dict)
+    _middles: dict[str, tuple[object, tuple[tuple[float, float], float]]] = field(default_factory=dict)
+
+    def floor(self, region: Region) -> np.ndarray:
+        """(T, 3, 2) triangles of a region's floor; computed once for an outline."""
+        kept = self._floors.get(region.id)
+        if kept is None or kept[0] is not region.boundary:
+            kept = self._floors[region.id] = (region.boundary, triangulate(region.boundary, region.holes))
+        return kept[1]
+
+    def middle(self, region: Region) -> tuple[tuple[float, float], float]:
+        """Where a region's name stands, and the radius that is free around it [m]; computed once for an outline."""
+        kept = self._middles.get(region.id)
+        if kept is None or kept[0] is not region.boundary:
+            kept = self._middles[region.id] = (region.boundary, label_place(region.boundary, region.holes))
+        return kept[1]
+
+
+@dataclass(frozen=True)
+class Layer:
+    """``name`` is the node that holds it, ``reads`` the tables of the map that it depends on."""
+
+    name: str
+    title: str
+    reads: frozenset[str]
+    draw: Callable[[RGMap, Artist], Drawings]
+    shown: bool = True
+    hint: str = ""
+
+
+def _points(_: RGMap, artist: Artist) -> Drawings:
+    return {"echoes": Dots(_at(artist.points, theme.Z_POINTS), theme.POINT, 0.04, "square")}
+
+
+def _trajectory(_: RGMap, artist: Artist) -> Drawings:
+    path = _at(artist.trajectory, theme.Z_TRAJECTORY)
+    return {"path": Strokes(np.stack([path[:-1], path[1:]], 1), theme.TRAJECTORY, theme.THIN_WIDTH)}
+
+
+def _floors(map_: RGMap, artist: Artist) -> Drawings:
+    by_class: dict[str, list[np.ndarray]] = {}
+    for region in map_.regions.values():
+        by_class.setdefault(region.class_, []).append(artist.floor(region))
+    out: Drawings = {}
+    for class_, floors in sorted(by_class.items()):
+        corners = np.concatenate(floors).reshape(-1, 2)
+        faces = np.arange(len(corners)).reshape(-1, 3)
+        color = theme.class_color(class_)
+        out[node_name(class_)] = Faces(_at(corners, theme.Z_FLOOR), faces, color, theme.FLOOR_OPACITY)
+    return out
+
+
+def _outlines(map_: RGMap, _: Artist) -> Drawings:
+    strokes, colors = [], []
+    for region in map_.regions.values():
+        for ring in (region.boundary, *region.holes):
+            strokes.append(_ring(np.asarray(ring)))
+            colors.append(np.tile(theme.class_color(region.class_), (len(ring), 1)))
+    return {"rings": Strokes(_strokes(strokes, theme.Z_OUTLINE), _stack(colors), theme.OUTLINE_WIDTH)}
+
+
+def _lines(map_: RGMap, artist: Artist) -> Drawings:
+    ends = np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2, 2)
+    own = artist.colors
+    colors = [own.get(v.regions[0], theme.FREE_LINE) if v.regions else theme.FREE_LINE for v in map_.lines.values()]
+    return {"lines": Strokes(_at(ends, theme.Z_LINE), np.array(colors).reshape(-1, 3), theme.LINE_WIDTH)}
+
+
+def _walls(map_: RGMap, _: Artist) -> Drawings:
+    ends = np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2, 2)
+    low, high = _at(ends, 0.0), _at(ends, theme.WALL_HEIGHT)
+    corners = np.stack([low[:, 0], low[:, 1], high[:, 1], high[:, 0]], 1).reshape(-1, 3)
+    first = 4 * np.arange(len(ends))[:, None, None]
+    faces = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
+    return {"walls": Faces(corners, faces, theme.WALL, shaded=True)}
+
+
+def _boxes(map_: RGMap, _: Artist) -> Drawings:
+    strokes = [_ring(box_corners(r.box)) for r in map_.regions.values()]
+    return {"boxes": Strokes(_strokes(strokes, theme.Z_BOX), theme.BOX, theme.THIN_WIDTH)}
+
+
+def _axes(map_: RGMap, _: Artist) -> Drawings:
+    """Crosses in the middle of each region along its main axes, the stronger one longer."""
+    strokes = []
+    for r in map_.regions.values():
+        reach = 0.25 * min(r.box.size)
+        for n, angle in enumerate(r.axes):
+            arm = (reach if n == 0 else 0.6 * reach) * np.array([np.cos(angle), np.sin(angle)])
+            strokes.append(np.array([[r.box.center - arm, r.box.center + arm]]))
+    return {"axes": Strokes(_strokes(strokes, theme.Z_BOX), theme.AXIS, theme.OUTLINE_WIDTH)}
+
+
+def _gateways(map_: RGMap, _: Artist) -> Drawings:
+    all_ = map_.gateways.values()
+    posts = np.array([g.posts for g in all_]).reshape(-1, 2, 2)
+    crossings = np.array([p for g in all_ for p in g.crossing_points]).reshape(-1, 2)
+    entries = np.array([p for g in all_ for p in g.gateway_points]).reshape(-1, 2)
+    ways = [_ways(g.crossing_points, g.gateway_points) for g in all_]
+    return {
+        "openings": Strokes(_at(posts, theme.Z_GATEWAY), theme.GATEWAY, theme.GATEWAY_WIDTH),
+        "ways": Strokes(_strokes(ways, theme.Z_GATEWAY), theme.GATEWAY_POINT, theme.THIN_WIDTH),
+        "posts": Dots(_at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.20, "square"),
+        "crossing": Dots(_at(crossings, theme.Z_MARK), theme.CROSSING, 0.26, "circle"),
+        "entries": Dots(_at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.24, "diamond"),
+    }
+
+
+def _ways(crossings: tuple[tuple[float, float], ...], entries: tuple[tuple[float, float], ...]) -> np.ndarray:
+    """(N, 2, 2) from each gateway-point to the crossing-point nearest to it."""
+    if not crossings or not entries:
+        return np.zeros((0, 2, 2))
+    a, b = np.array(entries), np.array(crossings)
+    nearest = np.linalg.norm(a[:, None] - b[None], axis=2).argmin(1)
+    return np.stack([a, b[nearest]], 1)
+
+
+def _objects(map_: RGMap, _: Artist) -> Drawings:
+    boxes = [object_corners(o) for o in map_.objects.values()]
+    corners = np.concatenate(boxes) if boxes else np.zeros((0, 3))
+    first = 8 * np.arange(len(boxes))[:, None, None]
+    return {
+        "bodies": Faces(corners, (first + BOX_FACES).reshape(-1, 3), theme.OBJECT, 0.55, shaded=True),
+        "edges": Strokes(corners[(first + BOX_EDGES).reshape(-1, 2)], theme.OBJECT, theme.OUTLINE_WIDTH),
+    }
+
+
+def _nothing(_: RGMap, __: Artist) -> Drawings:
+    return {}
+
+
+def _reads(*tables: str) -> frozenset[str]:
+    return frozenset(tables)
+
+
+LAYERS: tuple[Layer, ...] = (
+    Layer("/floors", "Regions: floors", _reads("regions"), _floors, hint="coloured by class"),
+    Layer("/outlines", "Regions: outlines", _reads("regions"), _outlines),
+    Layer("/labels", "Labels", _reads("regions", "gateways", "objects"), _nothing, hint="more of them as you zoom in"),
+    Layer("/lines", "Lines", _reads("lines"), _lines, hint="coloured by region"),
+    Layer("/gateways", "Gateways", _reads("gateways"), _gateways, hint="posts, crossing-points, gateway-points"),
+    Layer("/objects", "Objects", _reads("objects"), _objects),
+    Layer("/points", "Laser points", _reads(), _points),
+    Layer("/trajectory", "Trajectory", _reads(), _trajectory, shown=False),
+    Layer("/boxes", "Bounding boxes", _reads("regions"), _boxes, shown=False, hint="all possible robot positions"),
+    Layer("/axes", "Main axes", _reads("regions"), _axes, shown=False),
+    Layer("/walls", "Walls (3D)", _reads("lines"), _walls, shown=False, hint="lines raised to the height of a storey"),
+)
+
+BOX_FACES = np.array(
+    [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]]
+)  # fmt: skip
+BOX_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
+
+
+def box_corners(box: Box2) -> np.ndarray:
+    """(4, 2) [m], counter-clockwise."""
+    c, s = np.cos(box.yaw), np.sin(box.yaw)
+    half = np.array(box.size) / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    return half @ np.array([[c, s], [-s, c]]) + box.center
+
+
+def object_corners(o: MapObject) -> np.ndarray:
+    """(8, 3) [m]: the bottom counter-clockwise, then the top."""
+    flat = box_corners(Box2(center=o.center[:2], size=o.size[:2], yaw=o.yaw))
+    bottom, top = o.center[2] - o.size[2] / 2, o.center[2] + o.size[2] / 2
+    return np.concatenate([_at(flat, bottom), _at(flat, top)])
+
+
+def node_name(text: str) -> str:
+    """A class name, which may hold anything, as the name of a node."""
+    return "c" + "".join(ch if ch.isascii() and ch.isalnum() else f"_{ord(ch):x}_" for ch in text)
+
+
+def extent(map_: RGMap, artist: Artist) -> np.ndarray:
+    """(2, 2) lower left and upper right of all there is to see [m]."""
+    parts = [np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2)]
+    parts += [np.asarray(r.boundary) for r in map_.regions.values()]
+    if not any(len(p) for p in parts):
+        parts += [artist.points, artist.trajectory]
+    return bounds(np.concatenate([np.asarray(p, float).reshape(-1, 2) for p in parts]))
+
+
+def bounds(points: np.ndarray) -> np.ndarray:
+    """(2, 2) lower left and upper right [m]; ten metres around the origin where there is nothing."""
+    ok = points[np.isfinite(points).all(1)]
+    if not len(ok):
+        return np.array([[-5.0, -5.0], [5.0, 5.0]])
+    low, high = ok.min(0), ok.max(0)
+    pad = np.maximum(0.5 - (high - low) / 2, 0)
+    return np.array([low - pad, high + pad])
+
+
+def _ring(corners: np.ndarray) -> np.ndarray:
+    """(N, 2) as the (N, 2, 2) strokes of the closed ring."""
+    return np.stack([corners, np.roll(corners, -1, 0)], 1)
+
+
+def _strokes(parts: list[np.ndarray], z: float) -> np.ndarray:
+    return _at(np.concatenate(parts) if parts else np.zeros((0, 2, 2)), z)
+
+
+def _stack(parts: list[np.ndarray]) -> np.ndarray:
+    return np.concatenate(parts) if parts else np.zeros((0, 3))
+
+
+def _at(points: np.ndarray, z: float) -> np.ndarray:
+    """(..., 2) as (..., 3) at height z [m], float32."""
+    out = np.full((*points.shape[:-1], 3), z, np.float32)
+    out[..., :2] = points
+    return out

@@ -1,0 +1,141 @@
+"""The scene that all browsers share: draws layers into viser and keeps to what has changed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import viser
+
+from rgcore.model.records import RGMap
+from rgviz import theme
+from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, bounds, extent
+
+TABLES = ("lines", "regions", "gateways", "objects")
+
+
+class Canvas:
+    """A group of nodes, drawn from values: what is equal to what stands there is left alone."""
+
+    def __init__(self, scene: viser.SceneApi, root: str) -> None:
+        self.scene, self.root = scene, root
+        self.drawn: Drawings = {}
+        self.nodes: dict[str, Any] = {}
+
+    def draw(self, drawings: Drawings) -> int:
+        """Show exactly these drawings; the number of nodes that had to be touched."""
+        wanted = {k: d for k, d in drawings.items() if not _empty(d)}
+        touched = 0
+        for name in [n for n in self.nodes if n not in wanted]:
+            self.nodes.pop(name).remove()
+            self.drawn.pop(name)
+            touched += 1
+        for name, drawing in wanted.items():
+            if name not in self.drawn or not _equal(self.drawn[name], drawing):
+                self.nodes[name] = _add(self.scene, f"{self.root}/{name}", drawing)
+                self.drawn[name] = drawing
+                touched += 1
+        return touched
+
+    def clear(self) -> None:
+        self.draw({})
+
+
+class Scene:
+    """Every layer of the map in the browsers' common scene."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self.server = server
+        self.artist = Artist()
+        self.map: RGMap | None = None
+        scene = server.scene
+        scene.set_up_direction("+z")
+        scene.world_axes.visible = False
+        scene.configure_environment_map(None)  # loading it blocks a page for seconds where there is no GPU
+        scene.configure_default_lights(enabled=False, cast_shadow=False)
+        # light from everywhere and from above: a floor gets exactly its colour, walls are shaded
+        scene.add_light_ambient("/light/sky", intensity=0.62 * np.pi)
+        scene.add_light_directional("/light/sun", intensity=0.38 * np.pi / SUN[2], position=tuple(10 * SUN))
+        self.layers: dict[str, Canvas] = {}
+        for layer in LAYERS:
+            scene.add_frame(layer.name, show_axes=False, visible=layer.shown)
+            self.layers[layer.name] = Canvas(scene, layer.name)
+
+    @property
+    def extent(self) -> np.ndarray:
+        """(2, 2) lower left and upper right of what there is to see [m]."""
+        return extent(self.map or RGMap(), self.artist)
+
+    def show_evidence(self, points: np.ndarray, trajectory: np.ndarray) -> None:
+        """Points (K, 2) and path (N, 2) [m] in the map frame."""
+        self.artist.points, self.artist.trajectory = points, trajectory
+        self._redraw([layer for layer in LAYERS if not layer.reads])
+
+    def show(self, map_: RGMap) -> list[str]:
+        """Show this map; the names of the layers that were drawn anew."""
+        before, self.map = self.map, map_
+        if before is not None and all(getattr(before, t) is getattr(map_, t) for t in TABLES):
+            return []
+        changed = {t for t in TABLES if before is None or getattr(before, t) is not getattr(map_, t)}
+        if changed & {"regions", "gateways"}:
+            self.artist.colors = theme.region_colors(map_, self.artist.colors)
+        return self._redraw([layer for layer in LAYERS if layer.reads & changed])
+
+    def _redraw(self, layers: list[Layer]) -> list[str]:
+        drawn = [(layer.name, layer.draw(self.map or RGMap(), self.artist)) for layer in layers]
+        with self.server.atomic():
+            return [name for name, drawings in drawn if self.layers[name].draw(drawings)]
+
+
+SUN = np.array([-0.35, -0.5, 0.79]) / np.linalg.norm([-0.35, -0.5, 0.79])
+
+
+def _empty(drawing: Drawing) -> bool:
+    if isinstance(drawing, Faces):
+        return not len(drawing.faces)
+    return not len(drawing.ends if isinstance(drawing, Strokes) else drawing.points)
+
+
+def _equal(a: Drawing, b: Drawing) -> bool:
+    if type(a) is not type(b):
+        return False
+    return all(_same(getattr(a, f), getattr(b, f)) for f in a.__dataclass_fields__)
+
+
+def _same(x: Any, y: Any) -> bool:
+    if isinstance(x, np.ndarray) or isinstance(y, np.ndarray):
+        return np.array_equal(x, y)
+    return bool(x == y)
+
+
+def _add(scene: viser.SceneApi, name: str, drawing: Drawing) -> Any:
+    """A node for a drawing; one of the same name is replaced."""
+    if isinstance(drawing, Strokes):
+        color = theme.srgb_to_linear(drawing.color) if isinstance(drawing.color, np.ndarray) else drawing.color
+        if isinstance(color, np.ndarray):
+            color = np.repeat(color[:, None], 2, 1)
+        return scene.add_line_segments(name, drawing.ends, color, thickness=drawing.width, thickness_units="screen")
+    if isinstance(drawing, Dots):
+        return scene.add_point_cloud(
+            name,
+            drawing.points,
+            drawing.color,
+            point_size=drawing.size,
+            point_shape=drawing.shape,  # type: ignore[arg-type]
+            precision="float32",
+            point_shading="flat",
+        )
+    return scene.add_mesh_simple(
+        name,
+        drawing.vertices,
+        drawing.faces.astype(np.uint32),
+        color=drawing.color,
+        opacity=None if drawing.opacity == 1 else drawing.opacity,
+        side="double",
+        flat_shading=drawing.shaded,
+        cast_shadow=False,
+        receive_shadow=False,
+    )
+
+
+__all__ = ["Canvas", "Scene", "bounds"]

@@ -1,0 +1,103 @@
+"""The session: the open project, one order for everybody's edits, and who must hear of a change."""
+
+from __future__ import annotations
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from rgcore.errors import RgError
+from rgcore.model.edits import Edit
+from rgcore.model.project import Project
+from rgcore.model.records import RGMap
+
+log = logging.getLogger(__name__)
+
+Listener = Callable[[RGMap, RGMap], None]
+"""Called with the map before and after; what an edit left alone is the same object in both."""
+
+
+class Session:
+    """A project that browsers look at together. An edit is on the disk before anyone is told of it."""
+
+    def __init__(self, project: Project) -> None:
+        self.project = project
+        self._lock = threading.Lock()
+        self._listeners: list[Listener] = []
+
+    @property
+    def map(self) -> RGMap:
+        return self.project.map
+
+    @property
+    def undo_title(self) -> str | None:
+        return self.project.history.undo_title
+
+    @property
+    def redo_title(self) -> str | None:
+        return self.project.history.redo_title
+
+    def listen(self, listener: Listener) -> None:
+        self._listeners.append(listener)
+
+    def do(self, edit: Edit, by: str | None = None) -> None:
+        """Make an edit. Raises EditError or ProjectError with a sentence for the one who made it; then nothing changed."""
+        self._step(lambda: self.project.do(edit, by))
+
+    def undo(self, by: str | None = None) -> None:
+        self._step(lambda: self.project.undo(by))
+
+    def redo(self, by: str | None = None) -> None:
+        self._step(lambda: self.project.redo(by))
+
+    def _step(self, step: Callable[[], RGMap]) -> None:
+        with self._lock:
+            before = self.project.map
+            after = step()
+            if after is not before:
+                for listener in self._listeners:
+                    listener(before, after)
+
+
+class Worker:
+    """One thread that does what the browsers ask for, in the order in which they asked."""
+
+    def __init__(self) -> None:
+        self._tasks: queue.SimpleQueue[tuple[Callable[..., None], tuple[Any, ...], Refused | None] | None]
+        self._tasks = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="rgviz editor", daemon=True)
+        self._thread.start()
+
+    def post(self, task: Callable[..., None], *args: Any, refused: Refused | None = None) -> None:
+        """Run ``task(*args)`` after all that was posted before; ``refused`` is told, in words, if that is not possible."""
+        self._tasks.put((task, args, refused))
+
+    def finish(self) -> None:
+        """Let what was posted be done, then end."""
+        self._tasks.put(None)
+        if threading.current_thread() is not self._thread:
+            self._thread.join(timeout=10)
+
+    def wait(self) -> None:
+        """Return when all that was posted before is done."""
+        done = threading.Event()
+        self.post(done.set)
+        done.wait(timeout=30)
+
+    def _work(self) -> None:
+        while (item := self._tasks.get()) is not None:
+            task, args, refused = item
+            try:
+                task(*args)
+            except RgError as e:
+                if refused is not None:
+                    refused(str(e))
+            except Exception:
+                log.exception("a task of the editor failed")
+                if refused is not None:
+                    refused("That did not work: a fault in rgviz. The terminal says more.")
+
+
+Refused = Callable[[str], None]
