@@ -32,6 +32,7 @@ _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes:
     """The map as GLB; lines are extruded to ``options.wall_height``."""
     import trimesh
+    from trimesh.exchange.gltf import export_glb
 
     scene = trimesh.Scene(base_frame="world")
     scene.metadata.update(format=FORMAT, version=VERSION, frame="map", log=map.source.log, sha256=map.source.sha256)
@@ -41,15 +42,14 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes
     for r in _ordered(map.regions):
         _add(scene, f"region {r.id}", "floors", _floor(r), class_color(r.class_), _about_region(map, r))
     for region, lines in _walls(map).items():
-        name = f"walls {region}".strip()
+        name = f"walls {region or 'without region'}"
         about = {"kind": "walls", "region": region or None, "lines": [line.id for line in lines]}
         _add(scene, name, "walls", _extruded(lines, options.wall_height), WALL, about)
     for g in _ordered(map.gateways):
         _add(scene, f"gateway {g.id}", "gateways", _threshold(g), GATEWAY, _about_gateway(g))
     for o in _ordered(map.objects):
         _add(scene, f"object {o.id}", "objects", _UNIT_BOX, OBJECT, _about_object(o), _placed(o))
-    data = scene.export(file_type="glb")
-    assert isinstance(data, bytes)
+    data: bytes = export_glb(scene)  # scene.export refuses a map that is still empty
     return data
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 from importlib import resources
+from math import hypot
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +98,7 @@ def _tree(map: RGMap) -> dict[str, Any]:
         for kind, ids in _contents(map, region["id"]).items():
             region[kind] = sorted(ids, key=natural)
     for gateway in rows["gateways"]:
-        gateway["width"] = _rounded(map.gateways[gateway["id"]].width)
+        gateway["width"] = _rounded(hypot(*(a - b for a, b in zip(*gateway["posts"], strict=True))))  # as written
     counts = {kind: len(found) for kind, found in rows.items()}
     return {
         "format": FORMAT,

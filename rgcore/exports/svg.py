@@ -16,7 +16,7 @@ import numpy as np
 
 from rgcore.exports.options import Options
 from rgcore.exports.palette import GATEWAY, OBJECT, as_hex, class_color
-from rgcore.geometry.polygons import inner_circle
+from rgcore.geometry.polygons import label_place
 from rgcore.model.base import natural
 from rgcore.model.records import Gateway, MapObject, Region, RGMap
 from rgcore.slam.trajectory import Trajectory
@@ -140,7 +140,7 @@ def _name(sheet: _Sheet, r: Region) -> str:
     """The name where the region is widest, as large as fits; upright in a region that is narrow and tall."""
     if len(r.boundary) < 3:
         return ""
-    (x, y), radius = inner_circle(r.boundary, r.holes)
+    (x, y), radius = label_place(r.boundary, r.holes)
     name = r.name or r.id
     across, up = _room(r, x, y)
     tall = up > 2 * across and across < 0.6 * len(name) * sheet.text

@@ -55,14 +55,20 @@ def triangulate(boundary: Ring, holes: tuple[Ring, ...] = ()) -> np.ndarray:
     return np.array(triangles).reshape(-1, 3, 2)
 
 
-def inner_circle(boundary: Ring, holes: tuple[Ring, ...] = ()) -> tuple[tuple[float, float], float]:
-    """Centre and radius [m] of the largest circle within the polygon, to 5 cm: where a label has most room."""
+def label_place(boundary: Ring, holes: tuple[Ring, ...] = ()) -> tuple[tuple[float, float], float]:
+    """Where a label goes, and how far that is from the outline [m].
+
+    The centroid, or the middle of the largest circle within the polygon where that has clearly more room.
+    """
     shape = polygon(boundary, holes)
-    if shape.is_empty:
+    if shape.area < 1e-6:
         return boundary[0], 0.0
-    radius = shapely.maximum_inscribed_circle(shape, 0.05)
-    x, y = radius.coords[0]
-    return (float(x), float(y)), float(radius.length)
+    radius = shapely.maximum_inscribed_circle(shape, max(0.05, 0.01 * shape.length))
+    middle = shape.centroid
+    room = shape.boundary.distance(middle) if shape.contains(middle) else 0.0
+    if room < 0.75 * radius.length:
+        middle, room = shapely.Point(radius.coords[0]), radius.length
+    return (float(middle.x), float(middle.y)), float(room)
 
 
 def _parts(shape: shapely.Geometry) -> list[Polygon]:
