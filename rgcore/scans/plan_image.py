@@ -57,8 +57,15 @@ def _walls(free: Grid, grey: Grid) -> np.ndarray:
     sides = np.concatenate([edges(np.array(ring)) for ring in (outline, *holes)])
     along = sides[:, 1] - sides[:, 0]
     right = np.stack([along[:, 1], -along[:, 0]], 1) / np.linalg.norm(along, axis=1, keepdims=True)
-    behind = sides.mean(1) + 1.5 * free.resolution * right
-    return sides[grey.at(behind, outside=205) <= DARK]
+    out = []
+    for (start, end), away in zip(sides, right, strict=True):
+        n = int(np.ceil(np.hypot(*(end - start)) / free.resolution))
+        points = start + np.linspace(0, 1, n + 1)[:, None] * (end - start)
+        behind = (points[:-1] + points[1:]) / 2 + 1.5 * free.resolution * away
+        solid = np.concatenate([[False], grey.at(behind, outside=205) <= DARK, [False]])
+        first, last = np.flatnonzero(~solid[:-1] & solid[1:]), np.flatnonzero(solid[:-1] & ~solid[1:])
+        out.append(np.stack([points[first], points[last]], 1))
+    return np.concatenate(out)
 
 
 def write_labels(labels: Grid, path: str | Path) -> None:

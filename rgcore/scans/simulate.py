@@ -120,13 +120,13 @@ def measure_ranges(exact: np.ndarray, laser: Laser, chance: np.random.Generator)
 def measure_odometry(poses: np.ndarray, odometry: Odometry, chance: np.random.Generator) -> np.ndarray:
     """(N, 3) poses as odometry counts them: begins at the true pose and drifts.
 
-    Each step is taken apart into a rotation, a way and a second rotation, as in the book; a way below 1 cm counts
-    as a rotation on the spot, and one that points backwards is driven in reverse.
+    Each step is taken apart into a rotation, a way and a second rotation, as in the book; a way
+    that points backwards is driven in reverse.
     """
     o = odometry
     step = se2.relative(poses[:-1], poses[1:])
     way = np.hypot(step[:, 0], step[:, 1])
-    first = np.where(way > 0.01, np.arctan2(step[:, 1], step[:, 0]), 0.0)
+    first = np.where(way > 1e-6, np.arctan2(step[:, 1], step[:, 0]), 0.0)
     reverse = np.abs(first) > np.pi / 2
     first = np.where(reverse, se2.wrap(first + np.pi), first)
     second = se2.wrap(step[:, 2] - first)
