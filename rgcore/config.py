@@ -49,7 +49,12 @@ class Slam(Settings):
     certain: Annotated[float, setting("m", "old keyframes surer than this join the local map", gt=0, le=5)] = 0.2
     neighbourhood: Annotated[float, setting("m", "keyframes nearer than this see the same things", gt=0, le=50)] = 3.0
     window: Annotated[float, setting("m", "widest search for a loop closure", gt=0, le=50)] = 6.0
-    least_response: Annotated[float, setting("1", "a closure's mean likelihood must exceed this", gt=0, le=1)] = 0.45
+    least_response: Annotated[float, setting("1", "a maximum's mean likelihood must exceed this", gt=0, le=1)] = 0.45
+    rival: Annotated[float, setting("1", "and be without another maximum of this part of it", ge=0.7, le=1)] = 0.8
+    least_closures: Annotated[int, setting("closures", "so many in a row must agree before they bend the map", ge=1, le=20)] = 3
+    least_agreement: Annotated[float, setting("1", "scans that agree less about what they see were not taken there", ge=0, le=1)] = 0.7
+    least_points: Annotated[int, setting("points", "fewer surface points do not show where a scan is", ge=1, le=1000)] = 30
+    blind: Annotated[float, setting("m, rad", "deviation of the motion guessed where there is no odometry", gt=0, le=5)] = 0.1
 
 
 class Lines(Settings):
@@ -82,7 +87,7 @@ class Places(Settings):
     min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.5
     snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
     min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 1.5
-    no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 4.0
+    no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 1.0
 
 
 class Classes(Settings):

@@ -55,13 +55,17 @@ def random_floor(rng: np.random.Generator) -> Floor:
     length = float(rng.uniform(12, 30))
     f.rooms.append((0.0, 0.0, length, wide))
     branch = _branch(f, rng, length, wide)
-    for side in (1, -1):
+    alike = not any(b[4] < 0 for b in branch) and rng.random() < 0.4
+    since = len(f.rooms), len(f.doors), len(f.gateways)
+    for side in (1,) if alike else (1, -1):
         edge = wide + t if side > 0 else -t
         taken = [(b[0] - t, b[2] + t) for b in branch if b[4] == side]
         start = 0.0
         for x0, x1 in [*sorted(taken), (length, length)]:
             _row(f, rng, start, x0, edge, side)
             start = x1
+    if alike:
+        _mirror(f, rng, wide, since)
     for at, sign in ((0.0, -1), (length, 1)):
         _end(f, rng, at, sign, wide)
     for room in list(f.rooms):
@@ -104,27 +108,39 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
         w = float(min(rng.uniform(1.6, 7), x1 - x))
         if x1 - x - w < 1.6 + t:
             w = x1 - x
-        d = depth if rng.random() < 0.7 else float(rng.uniform(2.0, 7))
+        d = depth if rng.random() < 0.7 else float(rng.uniform(1.2, 7))
         y0, y1 = sorted((edge, edge + side * d))
         f.rooms.append((x, y0, x + w, y1))
         wall = edge - side * t / 2
         for _ in range(2 if w > 4 and rng.random() < 0.25 else 1):
-            if w > 4.5 and d > 3.5 and rng.random() < 0.2:
+            if w > 4.5 and d > 3.5 and rng.random() < 0.15:
                 gap = float(rng.uniform(2.4, min(4.9, 0.8 * w)))
                 at = x + float(rng.uniform(0.2, w - gap - 0.2))
                 f.door((at, wall), (at + gap, wall), "opening")
             elif rng.random() < 0.88:
                 gap = _door_width(rng, w)
-                at = x + float(rng.choice([rng.uniform(0, w - gap), 0.05, w - gap - 0.05], p=[0.7, 0.15, 0.15]))
+                corner = float(rng.uniform(0, 0.3))
+                at = x + float(rng.choice([rng.uniform(0, w - gap), corner, w - gap - corner], p=[0.5, 0.25, 0.25]))
+                at = min(max(at, x), x + w - gap)
                 f.door((at, wall), (at + gap, wall))
         if before and rng.random() < 0.25:
-            gap = _door_width(rng, 2.0)
-            at = float(rng.uniform(0, 2.0 - gap))
+            gap = _door_width(rng, min(2.0, d))
+            at = float(rng.uniform(0, min(2.0, d) - gap))
             y = edge + side * at if side > 0 else edge - at - gap
             f.door((x - t / 2, y), (x - t / 2, y + gap))
         before = True
         x += w + t
     _thin_out(f)
+
+
+def _mirror(f: Floor, rng: np.random.Generator, wide: float, since: tuple[int, int, int]) -> None:
+    """The rooms and doors of one side of the hallway on its other side too, as buildings often have it."""
+    rooms, doors, gateways = since
+    shift = float(rng.choice([0.0, rng.normal(0, 0.3)]))
+    f.rooms += [(x0, wide - y1, x1, wide - y0) for x0, y0, x1, y1 in f.rooms[rooms:]]
+    f.doors += [(x0 + shift, wide - y1, x1 + shift, wide - y0) for x0, y0, x1, y1 in f.doors[doors:]]
+    move, flip = np.array([shift, wide]), np.array([1, -1])
+    f.gateways += [(move + flip * a, move + flip * b, kind) for a, b, kind in f.gateways[gateways:]]
 
 
 def _thin_out(f: Floor) -> None:

@@ -17,6 +17,10 @@ MARGIN = 10
 """Cells of unknown space around everything that was seen, so that no later step has to care for the raster's edge."""
 
 
+SHORT_SIGHTED = 10.0
+"""m: no echo of a laser with a shorter range means far; of any other it means glass, sky or black."""
+
+
 @dataclass(frozen=True, eq=False)
 class FreeSpace(Evidence):
     """Counts of beams on one raster.
@@ -44,7 +48,8 @@ def free_space(log: ScanLog, trajectory: Trajectory, settings: Settings) -> Free
 
     A beam counts as a pass in each cell between the laser and its echo and as a hit in the cell of the echo, which is
     the counting model of a reflection map (Haehnel et al. 2003). A beam without an echo is free as far as
-    ``settings.no_echo_reach``, but only where its neighbours have none either: single ones are drop-outs.
+    ``settings.no_echo_reach`` (a laser with a short range: nearly as far as that), but only where its neighbours have
+    none either: single ones are drop-outs.
     """
     reach, ends = _reaches(log, settings)
     poses = trajectory.map_from_laser
@@ -74,7 +79,7 @@ def _reaches(log: ScanLog, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
         group &= before | after
     reach = np.where(np.isnan(r), 0.0, np.minimum(np.nan_to_num(r, posinf=0.0), limit))
     reach[lost] = 0.0
-    reach[group] = min(limit, settings.no_echo_reach)
+    reach[group] = 0.9 * limit if limit < SHORT_SIGHTED else min(limit, settings.no_echo_reach)
     return reach, echo
 
 

@@ -25,6 +25,9 @@ WEIGHTS = Path(__file__).with_name("gateways.npz")
 AHEAD = 1.2
 """m: a space that opens behind a chord stays open for at least this."""
 
+NARROW = (0.5, 2.6)
+"""m: where the least width before and behind a chord is looked for."""
+
 PROBES = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8, 2.4, 3.2)
 """m: distances before and behind a chord at which the network sees the width of the free space."""
 
@@ -57,7 +60,8 @@ def features(chords: Chords, resolution: float) -> np.ndarray:
     at = np.round(np.array(PROBES) / step).astype(int)
     swap = (depth[:, 1] < depth[:, 0]) | ((depth[:, 1] == depth[:, 0]) & (reach[:, 1] > reach[:, 0]))
     columns = [np.log(width)[:, None], np.sort(chords.runs, 1) * resolution, np.sort(chords.thick, 1) * resolution]
-    for values in (depth, rest, reach):
+    narrow = np.stack([_narrows(w.sum(2), width, step) for w in ways], 1)
+    for values in (depth, rest, reach, narrow):
         columns.append(np.where(swap[:, None], values[:, ::-1], values))
     for first, second in ((0, 1), (1, 0)):
         w = np.where(swap[:, None, None], ways[second][:, at], ways[first][:, at])
@@ -78,6 +82,16 @@ def _stays(extra: np.ndarray, width: np.ndarray, step: float, depth: np.ndarray)
     at = np.arange(extra.shape[1]) * step
     after = (at >= depth[:, None]) & (at < depth[:, None] + AHEAD)
     return (wide & after).sum(1) / (AHEAD / step)
+
+
+def _narrows(extra: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
+    """(K,) least width of the free space from ``NARROW`` on as long as the way is free, over the chord's: a hallway
+    that only widens at its side doors comes back to one."""
+    first, last = (round(d / step) for d in NARROW)
+    total = extra[:, first:last] + width[:, None]
+    free = np.logical_and.accumulate(extra[:, first:last] > -width[:, None] + 1e-9, axis=1)
+    least = np.where(free, total, np.inf).min(1)
+    return np.minimum(np.where(np.isinf(least), 0.0, least) / width, 4.0)
 
 
 def judge(chords: Chords, resolution: float, settings: Settings) -> Hypotheses:
