@@ -51,7 +51,8 @@ GOOD: list[tuple[Edit, str, str]] = [  # edit, what it changes, its name
 
 
 def test_every_edit_is_known_to_journal_and_scripts_and_tested_here() -> None:
-    assert set(EDITS.values()) == set(Edit.__subclasses__()) == {type(e) for e, _, _ in GOOD}
+    written = {e for e in Edit.__subclasses__() if e.__module__.startswith("rgcore.")}
+    assert set(EDITS.values()) == written == {type(e) for e, _, _ in GOOD}
 
 
 @pytest.mark.parametrize(("edit", "item", "title"), GOOD, ids=lambda v: type(v).__name__ if isinstance(v, Edit) else "")
