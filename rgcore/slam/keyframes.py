@@ -1,82 +1,104 @@
-"""Keyframes: the scans that the map is made of."""
+"""Keyframes: the scans that the map is made of, and what they say of each other."""
 
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 
-from rgcore.config import Slam
-from rgcore.geometry import se2
 from rgcore.slam.agreement import agreement
 from rgcore.slam.local import LocalMap, Match, discount, local_map
 from rgcore.slam.posegraph import Links
-from rgcore.slam.surface import Surface
+from rgcore.slam.surface import Surface, Surfaces
 
-SEEN_THROUGH = 0.25
-"""A surface [m] nearer than the reading through it contradicts it."""
-LEAST_PAIRS = 10.0
+LEAST_PAIRS = 10
 """Fewer paired points than this make no link."""
 
 
 class Keyframes:
-    """A growing list: ``poses`` (K, 3) map_from_laser, their surfaces, and the numbers of their scans."""
+    """A growing list of scans with their poses, surfaces, ranges and numbers."""
 
-    def __init__(self, settings: Slam, bearings: np.ndarray) -> None:
-        self.settings, self.bearings = settings, bearings
-        self.ranges: list[np.ndarray] = []
-        self.surfaces: list[Surface] = []
+    def __init__(self, bearings: np.ndarray) -> None:
+        self.bearings = bearings
         self.scans: list[int] = []
         self._poses = np.zeros((64, 3))
+        self._ranges = np.zeros((64, len(bearings)))
+        self._start = np.zeros(65, np.int64)
+        self._points = np.zeros((4096, 2))
+        self._normals = np.zeros((4096, 2))
 
     def __len__(self) -> int:
-        return len(self.surfaces)
+        return len(self.scans)
 
     @property
     def poses(self) -> np.ndarray:
-        """(K, 3); a view, so that it can be written."""
+        """(K, 3) map_from_laser; a view, so that it can be written."""
         return self._poses[: len(self)]
+
+    @property
+    def ranges(self) -> np.ndarray:
+        """(K, B) their readings."""
+        return self._ranges[: len(self)]
+
+    @property
+    def surfaces(self) -> Surfaces:
+        """Their surface points, laser frame."""
+        n = len(self)
+        end = self._start[n]
+        return Surfaces(self._points[:end], self._normals[:end], self._start[: n + 1])
+
+    def surface(self, keyframe: int) -> Surface:
+        """The surface points of one."""
+        part = slice(self._start[keyframe], self._start[keyframe + 1])
+        return Surface(self._points[part], self._normals[part])
 
     def add(self, pose: np.ndarray, surface: Surface, ranges: np.ndarray, scan: int) -> None:
         """Append one."""
-        if len(self) == len(self._poses):
-            self._poses = np.concatenate([self._poses, np.zeros_like(self._poses)])
-        self._poses[len(self)] = pose
-        self.surfaces.append(surface)
-        self.ranges.append(np.asarray(ranges, float))
+        k, end = len(self), self._start[len(self)] + len(surface.points)
+        if k + 1 == len(self._poses):
+            self._poses, self._ranges, self._start = _twice(self._poses), _twice(self._ranges), _twice(self._start)
+        while end > len(self._points):
+            self._points, self._normals = _twice(self._points), _twice(self._normals)
+        self._points[self._start[k] : end], self._normals[self._start[k] : end] = surface.points, surface.normals
+        self._poses[k], self._ranges[k], self._start[k + 1] = pose, ranges, end
         self.scans.append(scan)
 
     def map_of(self, members: np.ndarray) -> LocalMap:
         """The local map that these keyframes make."""
-        return local_map([self.surfaces[k] for k in members], self.poses[members])
+        on: LocalMap = local_map(self.surfaces, members, self.poses[members])
+        return on
 
-    def agree(self, keyframe: int, members: np.ndarray, pose: np.ndarray) -> np.ndarray:
-        """(3,) how many points of a keyframe at ``pose`` the members confirm, contradict and cannot see, and the other way."""
-        counts = np.zeros(3)
-        for k in members:
-            at = se2.relative(self.poses[k], pose)
-            counts += agreement(self.surfaces[keyframe].points, self.ranges[k], self.bearings, at, SEEN_THROUGH)
-            counts += agreement(
-                self.surfaces[k].points, self.ranges[keyframe], self.bearings, se2.invert(at), SEEN_THROUGH
-            )
-        return counts
+    def agree(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray, members: np.ndarray) -> np.ndarray:
+        """(3,) points of a scan at ``pose`` and of the members that the other confirms, contradicts and cannot see."""
+        return agreement(self.surfaces, self.ranges, self.bearings, self.poses, members, surface.points, ranges, pose)
 
 
 def links_of(match: Match, poses: np.ndarray, members: np.ndarray, keyframe: int, scale: float = np.inf) -> Links:
-    """What a keyframe, registered on the map of ``members``, says about its pose relative to each of them."""
-    out = []
-    for o, k in enumerate(members):
-        if match.pairs[o] < LEAST_PAIRS:
-            continue
-        a, b = match.information[o].copy(), match.gradient[o].copy()
+    """What a keyframe, registered on the map of ``members``, says of its pose relative to each of them."""
+    ok = match.pairs >= LEAST_PAIRS
+    measured, information = np.zeros((len(members), 3)), np.zeros((len(members), 3, 3))
+    write_links(match.information, match.gradient, poses[members], match.pose, measured, information)
+    many = int(ok.sum())
+    return Links(members[ok], np.full(many, keyframe), measured[ok], information[ok], np.full(many, scale))
+
+
+@njit(cache=True, nogil=True)
+def write_links(information, gradient, poses, pose, measured, out):  # type: ignore[no-untyped-def]
+    """Turns normal equations in the map's axes to relative poses and information in the axes of each keyframe of the map."""
+    for o in range(len(poses)):
+        a, b = information[o].copy(), gradient[o].copy()
         discount(a, b)
-        step = np.linalg.solve(a + 1e-3 * np.eye(3), b)
-        out.append((k, a, step))
-    if not out:
-        return Links.none()
-    a_index = np.array([k for k, _, _ in out])
-    turn = np.zeros((len(out), 3, 3))
-    c, s = np.cos(poses[a_index, 2]), np.sin(poses[a_index, 2])
-    turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1], turn[:, 2, 2] = c, s, -s, c, 1
-    information = turn @ np.array([a for _, a, _ in out]) @ turn.transpose(0, 2, 1)
-    step = np.einsum("lij,lj->li", turn, np.array([d for _, _, d in out]))
-    measured = se2.relative(poses[a_index], np.broadcast_to(match.pose, (len(out), 3))) + step
-    return Links(a_index, np.full(len(out), keyframe), measured, information, np.full(len(out), scale))
+        for k in range(3):
+            a[k, k] += 1e-3
+        step = np.linalg.solve(a, b)
+        c, s = np.cos(poses[o, 2]), np.sin(poses[o, 2])
+        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+        step[:2] += pose[:2] - poses[o, :2]
+        step[2] += pose[2] - poses[o, 2]
+        measured[o] = turn @ step
+        measured[o, 2] = -((np.pi - measured[o, 2]) % (2.0 * np.pi) - np.pi)
+        out[o] = turn @ a @ turn.T
+
+
+def _twice(array: np.ndarray) -> np.ndarray:
+    """The array with as many empty rows after it."""
+    return np.concatenate([array, np.zeros_like(array)])

@@ -7,13 +7,11 @@ nearest compatible point of *every* keyframe of the map, so one pass gives what 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from rgcore.geometry import se2
 from rgcore.slam.surface import Surface
 
 CELL = 0.3
@@ -40,9 +38,14 @@ class LocalMap(NamedTuple):
 
 
 class Match(NamedTuple):
-    """A registered scan: ``pose`` (3,), the normal equations of each keyframe of the map at that pose
-    (``information`` (m, 3, 3), ``gradient`` (m, 3) for steps [dx dy dtheta] in the map's axes about the laser), the
-    ``pairs`` (m,) found, and the ``share`` of the scan's points that lie on the map."""
+    """A registered scan.
+
+    pose         (3,)       of the scan on the map
+    information  (m, 3, 3)  of each keyframe of the map: the normal equations of its pairs at that pose, for steps
+    gradient     (m, 3)     [dx dy dtheta] in the map's axes about the laser
+    pairs        (m,)       how many points have a partner there
+    share        of the scan's points that have any partner
+    """
 
     pose: np.ndarray
     information: np.ndarray
@@ -51,26 +54,38 @@ class Match(NamedTuple):
     share: float
 
 
-def local_map(surfaces: Sequence[Surface], poses: np.ndarray) -> LocalMap:
-    """The map that scans make together: their surface points with known normals, seen from ``poses`` (m, 3)."""
-    points = np.concatenate([s.points for s in surfaces])
-    normals = np.concatenate([s.normals for s in surfaces])
-    owner = np.repeat(np.arange(len(surfaces)), [len(s.points) for s in surfaces])
-    known = (normals != 0).any(1)
-    points, normals, owner = points[known], normals[known], owner[known]
-    at = np.asarray(poses, float)[owner]
-    points = se2.transform(at, points)
-    at[:, :2] = 0
-    normals = se2.transform(at, normals)
-    corner = points.min(0) - CELL if len(points) else np.zeros(2)
-    size = (points.max(0) - corner) / CELL + 2 if len(points) else np.ones(2)
-    shape = (int(size[0]), int(size[1]))
-    column, row = np.floor((points - corner) / CELL).astype(np.int64).T
-    cell = row * shape[0] + column
-    order = np.argsort(cell, kind="stable")
-    start = np.zeros(shape[0] * shape[1] + 1, np.int64)
-    np.cumsum(np.bincount(cell, minlength=len(start) - 1), out=start[1:])
-    return LocalMap(points[order], normals[order], owner[order], start, corner, shape, len(surfaces))
+@njit(cache=True, nogil=True)
+def local_map(surfaces, members, poses):  # type: ignore[no-untyped-def]
+    """The LocalMap that keyframes ``members`` (m,) make together: their points with known normals, seen from ``poses`` (m, 3)."""
+    most = 0
+    for o in range(len(members)):
+        most += surfaces.start[members[o] + 1] - surfaces.start[members[o]]
+    xy, normals, owner, n = np.empty((most, 2)), np.empty((most, 2)), np.empty(most, np.int64), 0
+    for o in range(len(members)):
+        c, s = np.cos(poses[o, 2]), np.sin(poses[o, 2])
+        for k in range(surfaces.start[members[o]], surfaces.start[members[o] + 1]):
+            u, v = surfaces.normals[k]
+            if u != 0.0 or v != 0.0:
+                x, y = surfaces.points[k]
+                xy[n, 0], xy[n, 1] = c * x - s * y + poses[o, 0], s * x + c * y + poses[o, 1]
+                normals[n, 0], normals[n, 1], owner[n] = c * u - s * v, s * u + c * v, o
+                n += 1
+    corner, far = np.zeros(2), np.zeros(2)
+    for d in range(2):
+        if n > 0:
+            corner[d], far[d] = xy[:n, d].min() - CELL, xy[:n, d].max()
+    width, height = int((far[0] - corner[0]) / CELL) + 2, int((far[1] - corner[1]) / CELL) + 2
+    cell, start = np.empty(n, np.int64), np.zeros(width * height + 1, np.int64)
+    for k in range(n):
+        cell[k] = int((xy[k, 1] - corner[1]) / CELL) * width + int((xy[k, 0] - corner[0]) / CELL)
+        start[cell[k] + 1] += 1
+    for c in range(width * height):
+        start[c + 1] += start[c]
+    place, order = start.copy(), np.empty(n, np.int64)
+    for k in range(n):
+        order[place[cell[k]]] = k
+        place[cell[k]] += 1
+    return LocalMap(xy[order], normals[order], owner[order], start, corner, (width, height), len(members))
 
 
 def register(
@@ -82,11 +97,11 @@ def register(
     line; ``reach`` [m] how far off the first pose may be. Where the scan does not constrain a direction the first pose
     stands.
     """
-    return Match(*_register(*scan, on, np.asarray(pose, float), prior, noise, reach, rounds))
+    return Match(*_register(scan.points, scan.normals, on, np.asarray(pose, float), prior, noise, reach, rounds))
 
 
 @njit(cache=True, nogil=True)
-def _linearise(points, normals, on, pose, reach, noise, information, gradient, pairs):  # type: ignore[no-untyped-def]
+def linearise(points, normals, on, pose, reach, noise, information, gradient, pairs):  # type: ignore[no-untyped-def]
     """Adds up the normal equations of all pairs, by keyframe of the map; returns how many points found one."""
     information[:], gradient[:], pairs[:] = 0.0, 0.0, 0.0
     c, s = np.cos(pose[2]), np.sin(pose[2])
@@ -172,7 +187,7 @@ def _register(points, normals, on, start, prior, noise, reach, rounds):  # type:
     information, gradient, pairs = np.zeros((on.owners, 3, 3)), np.zeros((on.owners, 3)), np.zeros(on.owners)
     near, wide, found = reach, noise * 3.0, 0
     for k in range(rounds):
-        found = _linearise(points, normals, on, pose, near, wide, information, gradient, pairs)
+        found = linearise(points, normals, on, pose, near, wide, information, gradient, pairs)
         a, b = information.sum(0), gradient.sum(0)
         discount(a, b)
         off = start - pose
@@ -187,5 +202,5 @@ def _register(points, normals, on, start, prior, noise, reach, rounds):  # type:
         if small or k >= 2:
             near, wide = max(0.5 * CELL, 0.5 * near), noise
     pose[2] = -((-pose[2] + np.pi) % (2 * np.pi) - np.pi)
-    found = _linearise(points, normals, on, pose, 0.5 * CELL, noise, information, gradient, pairs)
+    found = linearise(points, normals, on, pose, 0.5 * CELL, noise, information, gradient, pairs)
     return pose, information, gradient, pairs, found / max(1, len(points))

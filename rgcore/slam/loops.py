@@ -18,9 +18,20 @@ from scipy.sparse.csgraph import dijkstra
 from rgcore.config import Slam
 from rgcore.geometry import se2
 from rgcore.slam.correlation import correlate, likelihood_field
-from rgcore.slam.keyframes import Keyframes, links_of
+from rgcore.slam.keyframes import LEAST_PAIRS, Keyframes, links_of
 from rgcore.slam.local import Match, register
 from rgcore.slam.posegraph import Links
+
+SAME = (0.25, 0.07)
+"""[m, rad] closures that differ by less ask for the same correction."""
+RECENT = 15
+"""Keyframes within which closures must agree."""
+BROKEN = 100.0
+"""Way [m] that a break in the log counts for."""
+UNCERTAIN = 0.2
+"""Deviation [m] of a peak beyond which it says too little, as along a corridor."""
+CLOSURE_SCALE = 30.0
+"""Chi squared at which a closure's link begins to lose its weight."""
 
 
 class Ways:
@@ -52,20 +63,19 @@ class Ways:
 
 @dataclass(frozen=True)
 class Closure:
-    """The newest keyframe seen from old ones: ``correction`` is the rigid motion of the map frame that it asks for."""
+    """A keyframe found on the map of old ``members``; ``correction`` (3,) is the motion of the map that it asks for."""
 
     keyframe: int
     members: np.ndarray
-    pose: np.ndarray
+    match: Match
     correction: np.ndarray
-    way: float
 
 
-def consistent(closures: list[Closure], at: np.ndarray, tolerance: float) -> list[Closure]:
+def consistent(closures: list[Closure], at: np.ndarray) -> list[Closure]:
     """Those that ask for the same correction of the pose ``at`` (3,) as the last one does."""
     wanted = np.array([se2.compose(c.correction, at) for c in closures])
     off = se2.relative(wanted[-1], wanted)
-    near = (np.hypot(off[:, 0], off[:, 1]) < tolerance) & (np.abs(off[:, 2]) < 0.2 * tolerance + 0.02)
+    near = (np.hypot(off[:, 0], off[:, 1]) < SAME[0]) & (np.abs(off[:, 2]) < SAME[1])
     return [c for c, ok in zip(closures, near, strict=True) if ok]
 
 
@@ -75,18 +85,22 @@ class Loops:
     def __init__(self, keyframes: Keyframes, settings: Slam) -> None:
         self.keyframes, self.settings = keyframes, settings
         self.ways = Ways()
-        self.pending: list[tuple[Closure, Match]] = []
+        self._pending: list[Closure] = []
+        self._broken = 0  # first keyframe since the last break
         self.tried = self.found = self.accepted = 0
 
-    def advance(self) -> None:
-        """The newest keyframe has come."""
+    def advance(self, broken: bool) -> None:
+        """The newest keyframe has come; ``broken`` if nobody knows how."""
         poses = self.keyframes.poses
-        self.ways.advance(float(np.hypot(*(poses[-1] - poses[-2])[:2])) if len(poses) > 1 else 0.0)
+        step = float(np.hypot(*(poses[-1] - poses[-2])[:2])) if len(poses) > 1 else 0.0
+        if broken:
+            self._broken, step = len(poses) - 1, BROKEN
+        self.ways.advance(step)
 
-    def linked(self, members: np.ndarray, match: Match) -> None:
-        """The newest keyframe was registered on the map of ``members``."""
+    def linked(self, members: np.ndarray, pairs: np.ndarray) -> None:
+        """The newest keyframe has ``pairs`` (m,) of points with ``members`` (m,), some of them old."""
         poses = self.keyframes.poses
-        old = members[(match.pairs > 20) & (members < len(poses) - 1 - self.settings.local_keyframes)]
+        old = members[(pairs > 2 * LEAST_PAIRS) & (members < len(poses) - 1 - self.settings.local_keyframes)]
         if len(old):
             d = np.hypot(*(poses[old] - poses[-1])[:, :2].T)
             self.ways.shortcut(int(old[d.argmin()]), float(d.min()))
@@ -94,19 +108,43 @@ class Loops:
     def local_members(self) -> np.ndarray:
         """The keyframes of the local map: the newest, and old ones nearby whose place is certain."""
         s, n, poses = self.settings, len(self.keyframes), self.keyframes.poses
-        first = max(0, n - s.local_keyframes)
+        first = max(self._broken, n - s.local_keyframes)
         d = np.hypot(*(poses[:first] - poses[-1])[:, :2].T)
-        sure = (self.ways.length[:first] * s.drift < s.certain) & (d < s.neighbourhood)
-        old = np.flatnonzero(sure)
+        old = np.flatnonzero((self.ways.length[:first] * s.drift < s.certain) & (d < s.neighbourhood))
         old = np.sort(old[np.argsort(d[old], kind="stable")[: s.local_keyframes]])
         return np.concatenate([old, np.arange(first, n)])
 
     def seek(self) -> Links | None:
         """Closures of the newest keyframe with old ones far away by the graph; None until enough of them agree."""
-        s, frames, k = self.settings, self.keyframes, len(self.keyframes) - 1
-        pose = frames.poses[-1]
-        first = max(0, k - s.local_keyframes)
-        d = np.hypot(*(frames.poses[:first] - pose)[:, :2].T)
+        s, k = self.settings, len(self.keyframes) - 1
+        found = self._candidate()
+        if found is None:
+            return None
+        self.tried += 1
+        closure = self._close(*found)
+        if closure is None:
+            return None
+        self.found += 1
+        self._pending = [c for c in self._pending if c.keyframe > k - RECENT] + [closure]
+        same = consistent(self._pending, self.keyframes.poses[-1])
+        if len(same) < s.least_closures:
+            return None
+        self.accepted += 1
+        self._pending = same
+        poses = self.keyframes.poses
+        return Links.none().plus(*(links_of(c.match, poses, c.members, c.keyframe, CLOSURE_SCALE) for c in same))
+
+    def closed(self) -> None:
+        """The graph has been closed by what ``seek`` gave."""
+        last = self._pending[-1]
+        self.linked(last.members, last.match.pairs)
+        self._pending = []
+
+    def _candidate(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Old keyframes that the newest may see, and the window (3,) of where it may be; None if it is among friends."""
+        s, poses = self.settings, self.keyframes.poses
+        first = max(0, len(poses) - 1 - s.local_keyframes)
+        d = np.hypot(*(poses[:first] - poses[-1])[:, :2].T)
         unsure = self.ways.length[:first] * s.drift
         if ((unsure < s.certain) & (d < 1.0)).any():
             return None
@@ -115,47 +153,23 @@ class Loops:
         if not len(open_):
             return None
         j = open_[(d[open_] - window[open_]).argmin()]
-        lo, hi = max(0, j - 5), min(first, j + 6)
-        members = np.arange(lo, hi)
-        self.tried += 1
-        closure = self._close(k, members, float(window[j]), float(self.ways.length[j]))
-        if closure is None:
-            return None
-        self.found += 1
-        self.pending = [p for p in self.pending if p[0].keyframe > k - 15] + [closure]
-        same = consistent([p[0] for p in self.pending], pose, 0.25)
-        if len(same) < 3:
-            return None
-        self.accepted += 1
-        chosen = [p for p in self.pending if any(p[0] is c for c in same)]
-        return Links.none().plus(*(links_of(m, frames.poses, c.members, c.keyframe, 30.0) for c, m in chosen))
+        members = np.arange(max(0, j - 5), min(first, j + 6))
+        return members, np.array([window[j], window[j], min(0.6, 0.1 + 0.3 * unsure[j])])
 
-    def closed(self) -> None:
-        """The graph has been closed by what seek gave."""
-        for c, m in self.pending[-1:]:
-            self.linked(c.members, m)
-        self.pending = []
-
-    def _close(self, k: int, members: np.ndarray, window: float, way: float) -> tuple[Closure, Match] | None:
-        s, frames = self.settings, self.keyframes
-        surface = frames.surfaces[k]
-        old = frames.map_of(members)
-        if len(old.points) < 50 or len(surface.points) < 30:
+    def _close(self, members: np.ndarray, window: np.ndarray) -> Closure | None:
+        """The newest keyframe on the map of old ones, if it fits there, only there, and nothing speaks against it."""
+        s, frames, k = self.settings, self.keyframes, len(self.keyframes) - 1
+        surface, on = frames.surface(k), frames.map_of(members)
+        if len(on.points) < s.least_points or len(surface.points) < s.least_points:
             return None
-        every = max(1, len(surface.points) // 80)
-        peak = correlate(
-            surface.points[::every],
-            likelihood_field(old.points),
-            frames.poses[k],
-            np.array([window, window, min(0.5, 0.1 + 0.01 * way)]),
-        )
-        if peak is None or peak.response < s.least_response or peak.second > 0.8 * peak.response:
+        some = surface.points[:: max(1, len(surface.points) // 80)]
+        peak = correlate(some, likelihood_field(on.points), frames.poses[k], window)
+        if peak is None or peak.response < s.least_response or peak.second > s.rival * peak.response:
             return None
-        if np.linalg.eigvalsh(peak.covariance[:2, :2])[1] > 0.2**2:
+        if np.linalg.eigvalsh(peak.covariance[:2, :2])[1] > UNCERTAIN**2:
             return None
-        match = register(surface, old, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, 0.3)
-        seen = frames.agree(k, members, match.pose)
-        if match.share < 0.6 or seen[1] > 0.15 * seen[:2].sum():
+        match = register(surface, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, 0.3)
+        confirmed, contradicted, _ = frames.agree(surface, frames.ranges[k], match.pose, members)
+        if match.share < 0.6 or contradicted > 0.15 * (confirmed + contradicted):
             return None
-        correction = se2.compose(match.pose, se2.invert(frames.poses[k]))
-        return Closure(k, members, match.pose, correction, way), match
+        return Closure(k, members, match, se2.compose(match.pose, se2.invert(frames.poses[k])))

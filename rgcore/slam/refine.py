@@ -8,47 +8,79 @@ all scans together (Lu & Milios 1997; Borrmann et al. 2008).
 from __future__ import annotations
 
 import numpy as np
+from numba import njit
 from scipy.spatial import cKDTree
 
 from rgcore.config import Slam
-from rgcore.geometry import se2
-from rgcore.slam.keyframes import Keyframes, links_of
-from rgcore.slam.local import register
+from rgcore.slam.agreement import agreement
+from rgcore.slam.keyframes import LEAST_PAIRS, Keyframes, write_links
+from rgcore.slam.local import linearise, local_map
 from rgcore.slam.posegraph import Links, optimise
 
-
-def refine(keyframes: Keyframes, links: Links, settings: Slam, rounds: int = 4) -> None:
-    """Improves the poses of the keyframes in place; ``links`` hold what their scans do not constrain."""
-    odometry = links[(links.b == links.a + 1) & np.isfinite(links.scale)]
-    for k in range(rounds):
-        reach = 0.3 if k == 0 else 0.15
-        found = [
-            _links(keyframes, i, near, reach, settings) for i, near in enumerate(neighbours(keyframes.poses, settings))
-        ]
-        keyframes.poses[:] = optimise(keyframes.poses, odometry.plus(*found), rounds=3)
+REACHES = (0.3, 0.15, 0.15, 0.15)
+"""How far apart [m] the points of a pair may be, a round."""
+CONTRADICTED = 0.2
+"""Keyframes that contradict each other by more than this share do not stand where the graph says: no pair of them counts."""
 
 
-def neighbours(poses: np.ndarray, settings: Slam) -> list[np.ndarray]:
-    """For each keyframe the numbers of those near it: half of them its successors in time, half from other passes."""
-    half = settings.local_keyframes // 2
+def refine(keyframes: Keyframes, odometry: Links, settings: Slam) -> None:
+    """Improves the poses of the keyframes in place; ``odometry`` holds what their scans do not constrain."""
+    if len(keyframes) < 2:
+        return
+    a, b = neighbours(keyframes, settings)
+    for reach in REACHES:
+        found = _pair(keyframes, a, b, reach, settings.point_noise)
+        keyframes.poses[:] = optimise(keyframes.poses, odometry.plus(found), rounds=3)
+
+
+def neighbours(keyframes: Keyframes, settings: Slam) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs (a, b) (P,) of keyframes that see the same things, sorted by b: its mates in time, and the nearest of other passes."""
+    poses, half = keyframes.poses, settings.local_keyframes // 2
     metric = np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
-    near = cKDTree(metric).query_ball_point(metric, settings.neighbourhood)
-    out = []
-    for i, candidates in enumerate(near):
-        c = np.array(candidates)
-        gap = np.abs(c - i)
-        d = ((metric[c] - metric[i]) ** 2).sum(1)
-        others, mates = c[gap > half], c[(gap > 0) & (gap <= half)]
-        others = others[np.argsort(d[gap > half], kind="stable")[: 2 * half]]
-        out.append(np.sort(np.concatenate([others, mates])))
-    return out
+    pairs = cKDTree(metric).query_pairs(settings.neighbourhood, output_type="ndarray")
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    a, b = pairs.T
+    d = ((metric[a] - metric[b]) ** 2).sum(1)
+    order = np.lexsort((d, b))
+    a, b = a[order], b[order]
+    mates = np.abs(a - b) <= half
+    rank = np.zeros(len(a), int)  # the how manieth of its b, among the others
+    others = np.flatnonzero(~mates)
+    first = np.searchsorted(b[others], np.arange(len(poses)))
+    rank[others] = np.arange(len(others)) - first[b[others]]
+    keep = mates | (rank < 2 * half)
+    a, b = a[keep], b[keep]
+    seen = _agreements(keyframes.surfaces, keyframes.ranges, keyframes.bearings, poses, a, b)
+    keep = seen[:, 1] <= CONTRADICTED * seen[:, :2].sum(1)
+    return a[keep], b[keep]
 
 
-def _links(keyframes: Keyframes, i: int, near: np.ndarray, reach: float, settings: Slam) -> Links:
-    if not len(near):
-        return Links.none()
-    pose = keyframes.poses[i]
-    match = register(
-        keyframes.surfaces[i], keyframes.map_of(near), pose, np.eye(3), settings.point_noise, reach, rounds=0
-    )
-    return links_of(match, keyframes.poses, near, i, 30.0)
+def _pair(keyframes: Keyframes, a: np.ndarray, b: np.ndarray, reach: float, noise: float) -> Links:
+    start = np.searchsorted(b, np.arange(len(keyframes) + 1))
+    measured, information, pairs = np.zeros((len(a), 3)), np.zeros((len(a), 3, 3)), np.zeros(len(a))
+    _link_all(keyframes.surfaces, keyframes.poses, a, start, reach, noise, measured, information, pairs)
+    ok = pairs >= LEAST_PAIRS
+    return Links(a[ok], b[ok], measured[ok], information[ok], np.full(int(ok.sum()), 30.0))
+
+
+@njit(cache=True, nogil=True)
+def _link_all(surfaces, poses, near, start, reach, noise, measured, information, pairs):  # type: ignore[no-untyped-def]
+    for i in range(len(poses)):
+        own = slice(start[i], start[i + 1])
+        members = near[own]
+        if len(members) == 0:
+            continue
+        on = local_map(surfaces, members, poses[members])
+        part = slice(surfaces.start[i], surfaces.start[i + 1])
+        a, b = np.zeros((len(members), 3, 3)), np.zeros((len(members), 3))
+        linearise(surfaces.points[part], surfaces.normals[part], on, poses[i], reach, noise, a, b, pairs[own])
+        write_links(a, b, poses[members], poses[i], measured[own], information[own])
+
+
+@njit(cache=True, nogil=True)
+def _agreements(surfaces, ranges, bearings, poses, a, b):  # type: ignore[no-untyped-def]
+    counts = np.zeros((len(a), 3))
+    for p in range(len(a)):
+        points = surfaces.points[surfaces.start[b[p]] : surfaces.start[b[p] + 1]]
+        counts[p] = agreement(surfaces, ranges, bearings, poses, a[p : p + 1], points, ranges[b[p]], poses[b[p]])
+    return counts

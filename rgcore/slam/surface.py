@@ -15,6 +15,14 @@ class Surface(NamedTuple):
     normals: np.ndarray
 
 
+class Surfaces(NamedTuple):
+    """The surfaces of many scans in one: those of scan k are ``start[k]..start[k + 1]`` of points and normals (P, 2)."""
+
+    points: np.ndarray
+    normals: np.ndarray
+    start: np.ndarray
+
+
 def surface(ranges: np.ndarray, bearings: np.ndarray, max_range: float, spacing: float) -> Surface:
     """The surface points of one scan, laser frame, at least ``spacing`` [m] apart.
 

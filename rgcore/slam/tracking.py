@@ -1,0 +1,56 @@
+"""Tracking: where the next scan is, seen from the last one; and when that cannot be told."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rgcore.config import Slam
+from rgcore.slam.correlation import correlate, likelihood_field
+from rgcore.slam.keyframes import Keyframes
+from rgcore.slam.local import LocalMap, Match, register
+from rgcore.slam.surface import Surface
+
+WITNESSES = 3
+"""Newest keyframes that a doubtful scan is compared with."""
+
+
+def motion_deviation(moved: np.ndarray, noise: float) -> np.ndarray:
+    """(3,) standard deviations [m, m, rad] of odometry that tells of a motion ``moved`` (3,)."""
+    way, turn = np.hypot(moved[0], moved[1]), abs(moved[2])
+    return np.array([0.02 + noise * way, 0.02 + noise * way, 0.01 + noise * (turn + 0.2 * way)])
+
+
+def track(
+    frames: Keyframes,
+    on: LocalMap,
+    scan: Surface,
+    ranges: np.ndarray,
+    guess: np.ndarray,
+    deviation: np.ndarray,
+    settings: Slam,
+) -> tuple[Match, bool]:
+    """Registers a scan on the local map, from ``guess`` (3,) +- ``deviation`` (3,); and whether that can be believed.
+
+    A scan that the newest keyframes contradict is sought on the whole local map, whichever way the robot turned.
+    """
+    s = settings
+    match = register(scan, on, guess, np.diag(deviation**-2.0), s.point_noise, s.reach)
+    if match.share > 0.5 or len(scan.points) < s.least_points:
+        return match, True
+    if _believed(frames, scan, ranges, match.pose) >= s.least_agreement:
+        return match, True
+    if len(on.points) >= s.least_points:
+        window = np.array([s.reach, s.reach, 0.0]) + 3.0 * deviation
+        peak = correlate(scan.points, likelihood_field(on.points), guess, np.array([window[0], window[1], np.pi]))
+        if peak is not None and peak.response > s.least_response and peak.second < s.rival * peak.response:
+            again = register(scan, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, s.reach)
+            if _believed(frames, scan, ranges, again.pose) >= s.least_agreement:
+                return again, True
+    return match, False
+
+
+def _believed(frames: Keyframes, scan: Surface, ranges: np.ndarray, pose: np.ndarray) -> float:
+    """Share of what the newest keyframes and the scan see of each other that they agree about; 1 if they see nothing."""
+    newest = np.arange(max(0, len(frames) - WITNESSES), len(frames))
+    confirmed, contradicted, _ = frames.agree(scan, ranges, pose, newest)
+    return float(confirmed / (confirmed + contradicted)) if confirmed + contradicted > 0 else 1.0
