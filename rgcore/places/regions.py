@@ -19,6 +19,13 @@ MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
 """A cell is free if that many beams went through it and at most this share of all its beams ended in it."""
 
 
+FULL_WIDTH = 0.8
+"""A cut of at least this share of a hallway's width is no narrowing of it."""
+
+ELONGATED = 2.5
+"""Area over squared width from which on a piece is a hallway, straight or bent."""
+
+
 def find_places(
     free: FreeSpace, log: ScanLog, trajectory: Trajectory, segments: Segments, settings: Settings
 ) -> Places:
@@ -43,36 +50,76 @@ def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Setti
     """Labels (H, W) of the pieces, -1 = none, and which hypotheses separate two of them.
 
     Gaps too narrow for a robot separate as well, but are no gateways. A piece too small for a place gives up its
-    weakest cut; one that no gateway leads to joins the neighbour with which it shares the longest gap.
+    weakest cut; one that no gateway leads to joins the neighbour with which it shares the longest gap; hallways that
+    only bend or cross join again, unless ``settings.split_hallways``.
     """
     walls = draw_lines(open_.shape, found.posts[:, 0], found.posts[:, 1], 2)
     labels = _pieces(open_ & ~walls, round(0.5 * settings.min_gateway / resolution) - 1)
+    pieces = Pieces(labels, resolution, clearance(open_ | walls)[0])
     cuts = list(range(len(found)))
-    area = np.bincount(labels[labels >= 0]) * resolution**2
-    contact = _contacts(labels, len(area))
+    width = np.hypot(*(found.posts[:, 1] - found.posts[:, 0]).T) * resolution
     while True:
-        sides = {k: _sides(labels, found.posts[k]) for k in cuts}
+        sides = {k: _sides(pieces.labels, found.posts[k]) for k in cuts}
         cuts = [k for k in cuts if sides[k][0] != sides[k][1] and min(sides[k]) >= 0]
-        weak = [(found.score[k], k) for k in cuts if min(area[sides[k][0]], area[sides[k][1]]) < settings.min_area]
-        if weak:
-            a, b = sides[min(weak)[1]]
-        else:
-            joined = {s for k in cuts for s in sides[k]}
-            alone = [i for i in range(len(area)) if area[i] > 0 and i not in joined and contact[i].any()]
-            if not alone:
-                break
-            a = min(alone, key=lambda i: area[i])
-            b = int(contact[a].argmax())
-        small, large = (a, b) if area[a] < area[b] else (b, a)
-        labels[labels == small] = large
-        area[large], area[small] = area[large] + area[small], 0
-        contact[large] += contact[small]
-        contact[:, large] += contact[:, small]
-        contact[small], contact[:, small], contact[large, large] = 0, 0, 0
-    keep = [i for i in range(len(area)) if area[i] >= settings.min_area and (i in joined or area[i] > 4)]
-    renumber = np.full(len(area) + 1, -1, np.int32)
+        small = [(found.score[k], k) for k in cuts if min(pieces.area[list(sides[k])]) < settings.min_area]
+        if small:
+            pieces.join(*sides[min(small)[1]])
+            continue
+        joined = {s for k in cuts for s in sides[k]}
+        alone = [i for i in range(len(pieces.area)) if i not in joined and pieces.contact[i].any()]
+        if alone:
+            i = min(alone, key=lambda i: pieces.area[i])
+            pieces.join(i, int(pieces.contact[i].argmax()))
+            continue
+        same = (
+            []
+            if settings.split_hallways
+            else [(-width[k], k) for k in cuts if _one_hallway(pieces, sides[k], width[k])]
+        )
+        if not same:
+            break
+        pieces.join(*sides[min(same)[1]])
+    keep = [i for i, a in enumerate(pieces.area) if a >= settings.min_area and (i in joined or a > 4)]
+    renumber = np.full(len(pieces.area) + 1, -1, np.int32)
     renumber[keep] = np.arange(len(keep))
-    return _fill(renumber[labels], walls & open_), cuts
+    return _fill(renumber[pieces.labels], walls & open_), cuts
+
+
+def _one_hallway(pieces: Pieces, sides: tuple[int, int], width: float) -> bool:
+    """Whether a cut only divides a hallway: it is hardly narrower than what lies on both of its sides."""
+    across = pieces.width[list(sides)]
+    long = pieces.area[list(sides)] / across**2
+    if width < FULL_WIDTH * across.min():
+        return False
+    stub = int(across.argmin())
+    return bool((long > ELONGATED).all() and width > 0.6 * across.max()) or bool(
+        long[stub] < 1.5 and across[stub] < 3.5 and long[1 - stub] > ELONGATED
+    )
+
+
+class Pieces:
+    """Pieces of the free space while they are being joined: labels (H, W), and by label: area [m2], width [m] of the
+    largest disc inside, and length of the contact of each two [cells]."""
+
+    def __init__(self, labels: np.ndarray, resolution: float, distance: np.ndarray) -> None:
+        count = int(labels.max()) + 1
+        inside = labels >= 0
+        self.labels = labels
+        self.area = np.bincount(labels[inside], minlength=count) * resolution**2
+        self.width = np.zeros(count)
+        np.maximum.at(self.width, labels[inside], 2 * resolution * distance[inside])
+        self.contact = _contacts(labels, count)
+
+    def join(self, a: int, b: int) -> None:
+        """Give the smaller piece to the larger."""
+        small, large = (a, b) if self.area[a] < self.area[b] else (b, a)
+        self.labels[self.labels == small] = large
+        self.area[large], self.area[small] = self.area[large] + self.area[small], 0
+        self.width[large] = max(self.width[large], self.width[small])
+        c = self.contact
+        c[large] += c[small]
+        c[:, large] += c[:, small]
+        c[small], c[:, small], c[large, large] = 0, 0, 0
 
 
 def _pieces(mask: np.ndarray, radius: int) -> np.ndarray:
