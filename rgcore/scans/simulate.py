@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gzip
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import Annotated
 
@@ -90,14 +91,17 @@ def simulate(floor: Floor, settings: Simulation | None = None) -> Simulated:
     bearings = np.linspace(-s.laser.fov / 2, s.laser.fov / 2, s.laser.beams)
     base_from_laser = np.array([s.laser.forward, 0.0, 0.0])
     exact, _ = cast(floor.segments, se2.compose(way.poses, base_from_laser), bearings, s.laser.max_range)
+    ranges = measure_ranges(exact, s.laser, chance)
+    odom = np.column_stack([np.round(odom[:, :2], 4), np.round(odom[:, 2], 5)])
     log = ScanLog(
         stamps=np.round(way.stamps, 3),
-        ranges=measure_ranges(exact, s.laser, chance),
-        odom_from_base=np.column_stack([np.round(odom[:, :2], 4), np.round(odom[:, 2], 5)]),
+        ranges=ranges,
+        odom_from_base=odom,
         bearings=bearings,
         base_from_laser=base_from_laser,
         max_range=s.laser.max_range,
         source=f"{floor.name}.log",
+        sha256=sha256(ranges.tobytes() + odom.tobytes()).hexdigest(),
         format="carmen",
     )
     return Simulated(log, floor, way.poses)
