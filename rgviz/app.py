@@ -141,7 +141,7 @@ class App:
         self.scene.show_evidence(np.asarray(project.points), np.asarray(project.trajectory.map_from_base)[:, :2])
         self.scene.show(project.map)
         for view in self.views.values():
-            view.bridge.tell("title", text=f"{self._name} - {theme.NAME}")
+            view.show_title()
             view.map_changed()
             view.show_extent()
 
@@ -201,7 +201,7 @@ class App:
             control_layout="floating",
             show_logo=False,
             show_share_button=False,
-            brand_color=theme.BRAND,
+            brand_color=theme.PAGE_BRAND,
         )
         server.gui.set_panel_label("Edit")
         server.gui.main_panel.dock_right()

@@ -161,9 +161,9 @@ def _gateways(map_: RGMap, _: Artist) -> Drawings:
     return {
         "openings": Strokes(_at(posts, theme.Z_GATEWAY), theme.GATEWAY, theme.GATEWAY_WIDTH),
         "ways": Strokes(_strokes(ways, theme.Z_GATEWAY), theme.GATEWAY_POINT, theme.THIN_WIDTH),
-        "posts": Dots(_at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.20, "square"),
-        "crossing": Dots(_at(crossings, theme.Z_MARK), theme.CROSSING, 0.26, "circle"),
-        "entries": Dots(_at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.24, "diamond"),
+        "posts": Dots(_at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.16, "square"),
+        "crossing": Dots(_at(crossings, theme.Z_MARK), theme.CROSSING, 0.20, "circle"),
+        "entries": Dots(_at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.18, "diamond"),
     }
 
 
@@ -195,15 +195,15 @@ def _reads(*tables: str) -> frozenset[str]:
 
 
 LAYERS: tuple[Layer, ...] = (
-    Layer("/floors", "Regions: floors", _reads("regions"), _floors, hint="coloured by class"),
-    Layer("/outlines", "Regions: outlines", _reads("regions"), _outlines),
+    Layer("/floors", "Floors", _reads("regions"), _floors, hint="coloured by class"),
+    Layer("/outlines", "Outlines", _reads("regions"), _outlines),
     Layer("/labels", "Labels", _reads("regions", "gateways", "objects"), _nothing, hint="more of them as you zoom in"),
     Layer("/lines", "Lines", _reads("lines"), _lines, hint="coloured by region"),
     Layer("/gateways", "Gateways", _reads("gateways"), _gateways, hint="posts, crossing-points, gateway-points"),
     Layer("/objects", "Objects", _reads("objects"), _objects),
-    Layer("/points", "Laser points", _reads(), _points),
+    Layer("/points", "Points", _reads(), _points),
     Layer("/trajectory", "Trajectory", _reads(), _trajectory, shown=False),
-    Layer("/boxes", "Bounding boxes", _reads("regions"), _boxes, shown=False, hint="all possible robot positions"),
+    Layer("/boxes", "Boxes", _reads("regions"), _boxes, shown=False, hint="all possible robot positions"),
     Layer("/axes", "Main axes", _reads("regions"), _axes, shown=False),
     Layer("/walls", "Walls (3D)", _reads("lines"), _walls, shown=False, hint="lines raised to the height of a storey"),
 )

@@ -11,6 +11,8 @@ from rgcore.model.records import RGMap
 
 NAME = "rgviz"
 BRAND: RGB = (0, 114, 178)
+PAGE_BRAND: RGB = (0, 54, 84)
+"""what viser must be told so that its buttons come out in ``BRAND``: it lightens the colour it is given"""
 
 POINT: RGB = (176, 182, 190)
 TRAJECTORY: RGB = (105, 110, 120)

@@ -12,7 +12,7 @@ import viser._messages
 from rgcore.errors import EditError, RgError
 from rgcore.model.edits import Edit, object_from_lines
 from rgcore.model.records import MapObject, RGMap
-from rgviz import highlight, tools
+from rgviz import highlight, theme, tools
 from rgviz.bridge import Bridge, Commit, FromBrowser
 from rgviz.labels import labels
 from rgviz.panels import Panels
@@ -35,7 +35,7 @@ class View:
         self._gizmo: Any = None
         self._held: MapObject | None = None
         self.bridge = Bridge(client, self._heard)
-        self.bridge.tell("title", text=app.title)
+        self.show_title()
         self.panels = Panels(self)
         self.show_extent()
         self.tell_labels()
@@ -135,6 +135,9 @@ class View:
         self._draw_selection()
         self.panels.refresh()
         self.tell_labels()
+
+    def show_title(self) -> None:
+        self.bridge.tell("title", text=f"{self.app.title} - {theme.NAME}")
 
     def show_extent(self) -> None:
         self.bridge.tell("extent", extent=self.app.scene.extent.tolist())

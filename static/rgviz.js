@@ -5,8 +5,8 @@
   const FLAT_FOV = 5.73, SOLID_FOV = 45;          // degrees; flat = so narrow that nothing leans
   const TRUCK = 2, ROTATE = 1;                    // camera-controls actions
   const state = {
-    channel: null, mode: "2d", extent: null, labels: [], labelsShown: true, selected: new Set(), touched: false,
-    pointer: null, hooked: false, serial: 0, focus: null,
+    channel: null, mode: "2d", extent: null, fitted: false, labels: [], labelsShown: true, selected: new Set(), touched: false,
+    pointer: null, serial: 0, focus: null,
   };
   const viser = () => window.__viserMutable;
   const ready = () => { const v = viser(); return v && v.scene && v.camera && v.cameraControl && v.nodeRefFromName[""]; };
@@ -55,8 +55,9 @@
     const distance = flat ? (perPixel * r.height) / 2 / half : (Math.hypot(w, h) / 2 / half) * Math.max(1, r.height / r.width);
     const target = toThree((x0 + x1) / 2, (y0 + y1) / 2 - (flat ? 12 * perPixel : 0), 0);
     c.rotateTo(north(), flat ? 0 : 0.27 * Math.PI, false);
-    c.setTarget(target.x, target.y, target.z, false);
     c.dollyTo(distance, false);
+    c.moveTo(target.x, target.y, target.z, false);   // setTarget would turn the camera
+    state.fitted = true;
     v.requestRender();
   }
   function view(mode) {                           // change between straight down and solid without losing the place
@@ -265,10 +266,13 @@
     .rg table { border-collapse: collapse; width: 100%; }
     .rg td { padding: 0.08em 0; vertical-align: top; overflow-wrap: anywhere; }
     .rg td:first-child { color: #6a7078; padding-right: 0.8em; white-space: nowrap; width: 1%; }
-    .rg td.n { text-align: right; font-variant-numeric: tabular-nums; }
+    .rg td.n { text-align: right; white-space: nowrap; width: 1%; font-variant-numeric: tabular-nums; }
     .rg .bar { position: relative; height: 0.55em; background: #eceef1; border-radius: 3px; overflow: hidden; margin-top: .45em; }
     .rg .bar i { position: absolute; inset: 0 auto 0 0; border-radius: 3px; }
     .rg .swatch { display: inline-block; width: 0.95em; height: 0.95em; border-radius: 3px; vertical-align: -0.12em; margin-right: .55em; box-sizing: border-box; }
+    button.mantine-Button-root { font-weight: 550; border: 1px solid #ccd1d7; background: #fff; color: #23262b; }
+    button.mantine-Button-root:hover:not(:disabled) { background: #eef6fb; border-color: #0072b2; color: #004b76; }
+    button.mantine-Button-root:disabled { background: #f7f8fa; border-color: #e3e6ea; color: #9aa0a8; }
     .rg .muted { color: #6a7078; }
     .rg .error { color: #a61b1b; font-weight: 550; overflow-wrap: anywhere; }
     .rg kbd { font: 0.85em ui-monospace, monospace; border: 1px solid #ccd1d7; border-bottom-width: 2px; border-radius: 4px; padding: 0 .35em; background: #f7f8fa; color: #23262b; }
