@@ -5,17 +5,14 @@ To add one, write a module with ``render(map, trajectory, options) -> bytes`` an
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 from rgcore.errors import RgError
 from rgcore.exports import gltf, rgjson, svg, tum
 from rgcore.exports.options import Options
+from rgcore.model.disk import replace_file
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
 
@@ -64,37 +61,6 @@ def export(path: str | Path, map: RGMap, trajectory: Trajectory | None = None, *
     except RgError as e:
         raise RgError(f"{path}: {e}") from e
     try:
-        _write_whole(path, data)
+        replace_file(path, data)
     except OSError as e:
         raise RgError(f"{path}: cannot be written: {e.strerror or e}") from e
-
-
-@dataclass(frozen=True)
-class _Temporary:
-    """A file beside the target that is gone afterwards unless it was moved there."""
-
-    name: str
-
-    def __enter__(self) -> str:
-        return self.name
-
-    def __exit__(self, *_: object) -> None:
-        with suppress(FileNotFoundError):
-            os.unlink(self.name)
-
-
-def _write_whole(path: Path, data: bytes) -> None:
-    """Write beside the target, flush to the disk, then take its place."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    with _Temporary(name), os.fdopen(handle, "wb") as file:
-        file.write(data)
-        file.flush()
-        os.fsync(file.fileno())
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
