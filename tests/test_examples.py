@@ -1,0 +1,51 @@
+"""The examples run, say what they found, and write what they promise."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def run(name: str, folder: Path) -> str:
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / name, folder], capture_output=True, text=True, timeout=240, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_map_a_log(tmp_path: Path) -> None:
+    said = run("01_map_a_log.py", tmp_path)
+    assert "3214 scans of 181 beams" in said
+    for ending in ("json", "svg", "glb"):
+        assert (tmp_path / f"office.{ending}").stat().st_size > 10_000
+
+
+def test_simulate_a_building(tmp_path: Path) -> None:
+    said = run("02_simulate_a_building.py", tmp_path)
+    assert (tmp_path / "flat.log.gz").exists()
+    assert said.count("narrow_passage at") == 2
+
+
+def test_relabel_by_script(tmp_path: Path) -> None:
+    said = run("03_relabel_by_script.py", tmp_path)
+    assert "r1 is Entrance, class LOBBY" in said
+    assert "redo would relabel r1 as LOBBY" in said
+    assert "refused: there is no region r999" in said
+    assert "reopened: Entrance, edited by script" in said
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
+def test_an_example_is_a_gallery_page(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    title, _, story = (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")
+    assert title.endswith(".")
+    assert "\n" not in title
+    assert f"python examples/{path.name}" in story
+    assert len(text.splitlines()) <= 70
