@@ -17,10 +17,10 @@ from rgcore.errors import ProjectError
 from rgcore.evidence import Evidence
 from rgcore.model.base import decode_map, encode_map
 from rgcore.model.cloud import thinned
+from rgcore.model.conflict import Conflict
 from rgcore.model.disk import replace_file, sync_folder, write_file
 from rgcore.model.history import Do
 from rgcore.model.journal import encode_journal
-from rgcore.model.rebase import Conflict
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
 
@@ -100,12 +100,17 @@ def current(path: Path) -> str:
     raise ProjectError(f"{path / 'current'}: names no run of this project; {remedy}")
 
 
-def claim(path: Path) -> None:
-    """Make the folder that a new project goes into. Raises ProjectError if it holds anything else."""
+def claim(path: Path) -> bool:
+    """Make the folder that a new project goes into; False if it is there and holds nothing but remains of one.
+
+    Raises ProjectError if it holds anything else.
+    """
     if path.exists() and (not path.is_dir() or (path / "current").exists() or not _unfinished(path)):
         raise ProjectError(f"{path}: there is something already; choose another name, or remove it")
     try:
+        made = not path.exists()
         path.mkdir(parents=True, exist_ok=True)
+        return made
     except OSError as e:
         raise _unwritable(path, e) from e
 

@@ -9,6 +9,7 @@ flipped.
 
 from __future__ import annotations
 
+import shutil
 import threading
 from collections.abc import Callable
 from pathlib import Path
@@ -18,12 +19,12 @@ import numpy as np
 
 from rgcore.errors import ProjectError
 from rgcore.model import folder
+from rgcore.model.conflict import Conflict
 from rgcore.model.edits import Edit
 from rgcore.model.folder import RunInfo
 from rgcore.model.history import AnyEntry, Do, History, Redo, Undo, now, replay, step
 from rgcore.model.journal import Journal, readable
 from rgcore.model.lock import Holder, Lock
-from rgcore.model.rebase import Conflict, Drift, rebase
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
 
@@ -50,7 +51,7 @@ class Project:
     def create(cls, path: str | Path, run: Run) -> Project:
         """Make the folder of a new project from its first run, and open it. Raises ProjectError."""
         path = Path(path)
-        folder.claim(path)
+        made = folder.claim(path)
         lock = Lock(path / "lock")
         try:
             if not lock.held:
@@ -59,7 +60,14 @@ class Project:
             return cls(path, lock)
         except BaseException:
             lock.release()
+            if made:
+                shutil.rmtree(path, ignore_errors=True)
             raise
+
+    @staticmethod
+    def exists(path: str | Path) -> bool:
+        """Whether there is a project to open; a folder that a killed ``create`` left is none."""
+        return (Path(path) / "current").exists()
 
     @classmethod
     def open(cls, path: str | Path) -> Project:
@@ -141,6 +149,8 @@ class Project:
 
         Raises ProjectError if the project is read-only or cannot be written; it is unchanged then.
         """
+        from rgcore.model.rebase import Drift, rebase  # brings SciPy and Shapely, which nothing else here needs
+
         with self._mutex:
             self._must_write()
             taken, lost = rebase(self.run_name, self._history, run.map, Drift(self.trajectory, run.trajectory))

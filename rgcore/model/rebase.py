@@ -18,29 +18,13 @@ from scipy.spatial import cKDTree
 
 from rgcore.errors import EditError
 from rgcore.geometry import se2
+from rgcore.model.conflict import Conflict
 from rgcore.model.edits import AnyEdit, Edit
 from rgcore.model.fields import is_human_id
 from rgcore.model.history import Do, History, step
 from rgcore.model.identify import match
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
-
-
-class Conflict(msgspec.Struct, frozen=True, kw_only=True):
-    """An edit that a new run could not take over.
-
-    outcome  stale: what it is about has no clear counterpart in the new map; conflict: the new map refuses it
-    run      the run whose journal holds it; reason: a sentence
-    """
-
-    run: str
-    entry: Do
-    title: str
-    outcome: Literal["stale", "conflict"]
-    reason: str
-
-    def __str__(self) -> str:
-        return f"{self.title}: {self.reason}"
 
 
 class Drift:

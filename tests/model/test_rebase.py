@@ -15,6 +15,7 @@ from msgspec import Meta
 from two_rooms import make_run
 
 from rgcore.geometry import se2
+from rgcore.model.conflict import Conflict
 from rgcore.model.edits import (
     ClassifyGateway,
     ClassifyRegion,
@@ -30,7 +31,7 @@ from rgcore.model.edits import (
 from rgcore.model.fields import LineId, Place, RegionId
 from rgcore.model.history import KINDS, Do, History, step
 from rgcore.model.identify import match
-from rgcore.model.rebase import Conflict, Drift, Stale, carry, ids_of, rebase
+from rgcore.model.rebase import Drift, Stale, carry, ids_of, rebase
 from rgcore.model.records import Point, RGMap, replace
 from rgcore.slam.trajectory import Trajectory
 
