@@ -232,7 +232,7 @@ def _label(
     """The room raster. A door's floor goes half to each room; furniture is no floor."""
     points = np.concatenate([r.outline for r in rooms])
     low, high = points.min(0) - 2 * wall, points.max(0) + 2 * wall
-    origin = np.where((points.min(0) >= 0) & (points.min(0) < 5), 0.0, np.floor(low))  # the usual plan starts at 0, 0
+    origin = np.where((points.min(0) >= 0) & (points.min(0) < 50), 0.0, np.floor(low))  # readers that know no origin
     w, h = np.ceil((high - origin) / RESOLUTION).astype(int)
     grid = Grid(np.zeros((h, w), np.uint8), origin, RESOLUTION)
     values = np.zeros((h, w), np.uint8)

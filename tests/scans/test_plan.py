@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rgcore.errors import InputError
+from rgcore.geometry.raycast import cast
 from rgcore.geometry.segments import lengths
 from rgcore.scans.floor import FACE, FURNITURE, POST, Floor, build_floor
 from rgcore.scans.plan import Plan, read_plan
@@ -79,6 +80,13 @@ def test_a_table_is_four_legs() -> None:
     floor = floor_of(two_rooms(furniture=[table]))
     legs = floor.segments[floor.kind == FURNITURE].reshape(4, 4, 2, 2).mean((1, 2))
     assert np.abs(legs - [6, 1.5]) == pytest.approx(np.tile([0.775, 0.375], (4, 1)))
+
+
+def test_a_wall_may_stand_free() -> None:
+    floor = floor_of(two_rooms(walls=[{"start": [6, 0.5], "end": [6, 2], "thickness": 0.2}]))
+    assert floor.labels.at(np.array([[6.0, 1.0], [6.15, 1.0], [6.0, 2.1]])).tolist() == [0, 2, 2]
+    ranges, _ = cast(floor.segments, np.array([[5.0, 1.0, 0.0]]), np.zeros(1), 30.0)
+    assert ranges[0, 0] == pytest.approx(0.9)
 
 
 def test_a_ring_corridor_has_a_hole() -> None:

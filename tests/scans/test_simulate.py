@@ -10,13 +10,15 @@ import cv2
 import msgspec
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from rgcore.errors import InputError
 from rgcore.geometry import se2
 from rgcore.geometry.segments import distances
 from rgcore.scans.drive import Driving, crosses, drive
 from rgcore.scans.floor import Floor, build_floor
-from rgcore.scans.plan import Plan
+from rgcore.scans.plan import Door, Plan, Room
 from rgcore.scans.read import read_log
 from rgcore.scans.simulate import (
     Laser,
@@ -82,6 +84,33 @@ def test_it_hits_nothing_and_scans_often() -> None:
     step = se2.relative(path[:-1], path[1:])
     assert np.hypot(step[:, 0], step[:, 1]).max() <= s.step + 1e-9
     assert np.abs(step[:, 2]).max() <= s.turn + 1e-9
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.floats(2.5, 6), st.floats(2.5, 6), st.floats(0.85, 1.2), st.floats(0, 2 * np.pi), st.floats(0.2, 0.8))
+def test_any_two_rooms_are_driven_through_without_touching(
+    left: float, right: float, width: float, turn: float, share: float
+) -> None:
+    c, s = np.cos(turn), np.sin(turn)
+
+    def at(x: float, y: float) -> tuple[float, float]:
+        return (c * x - s * y, s * x + c * y)
+
+    plan = Plan(
+        name="any",
+        start=(*at(-1, 1.5), 0.0),
+        rooms=(
+            Room(name="left", outline=(at(-left, 0), at(0, 0), at(0, 4), at(-left, 4))),
+            Room(name="right", outline=(at(0, 0), at(right, 0), at(right, 4), at(0, 4))),
+        ),
+        doors=(Door(at=at(0, 4 * share), width=width),),
+    )
+    floor = build_floor(plan)
+    path = drive(floor).poses[:, :2]
+    assert crosses(path, floor.doors[0].posts).sum() >= 2
+    assert distances(path[:, None], floor.segments[None]).min() > Driving().radius - 0.02
+    middle = path[:-1][crosses(path, floor.doors[0].posts)]
+    assert np.abs((middle - floor.doors[0].posts.mean(0)) @ [-s, c]).max() < 0.15
 
 
 def test_it_sees_the_walls_of_the_rooms_it_enters() -> None:
