@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from rgcore.geometry import se2
+from rgcore.slam.small import wrapped
 
 LEVELS = 5
 """Levels of the search: blocks of 2**(LEVELS - 1) = 16 cells a side at the top."""
@@ -29,13 +29,12 @@ class Field(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """The maximum: ``pose`` (3,), its ``response`` (mean likelihood of the scan's points, 0..1), the ``covariance`` (3, 3) of
-    the distribution around it and ``second``, the response of the best pose that is another answer (0 if below 0.7 of it)."""
+    """The maximum: ``pose`` (3,), its ``response`` (mean likelihood of the scan's points, 0..1), and the ``covariance`` (3, 3)
+    of the distribution around it."""
 
     pose: np.ndarray
     response: float
     covariance: np.ndarray
-    second: float
 
 
 def likelihood_field(points: np.ndarray, resolution: float = 0.05, deviation: float = 0.06) -> Field:
@@ -46,8 +45,11 @@ def likelihood_field(points: np.ndarray, resolution: float = 0.05, deviation: fl
     return Field(_levels(points, corner, size[0], size[1], resolution, deviation), corner, resolution)
 
 
-def correlate(points: np.ndarray, field: Field, centre: np.ndarray, window: np.ndarray) -> Peak | None:
-    """The best pose of a scan within ``centre`` (3,) +- ``window`` (3,); None where nothing of the scan lies on the map.
+def correlate(
+    points: np.ndarray, field: Field, centre: np.ndarray, window: np.ndarray, least: float, rival: float
+) -> Peak | None:
+    """The best pose of a scan within ``centre`` (3,) +- ``window`` (3,); None if no response there exceeds ``least``, or if
+    another answer reaches ``rival`` times the best one.
 
     ``points`` (n, 2) are the scan's surface points in its own frame.
     """
@@ -57,12 +59,11 @@ def correlate(points: np.ndarray, field: Field, centre: np.ndarray, window: np.n
     cells = np.ceil(np.asarray(window[:2]) / field.resolution).astype(np.int64)
     nowhere = np.full(3, 1 << 40, np.int64)
     span = np.array([APART[0] / field.resolution, APART[0] / field.resolution, APART[1] / step]).astype(np.int64)
-    best, top = _search(points, field, centre, turns, cells, nowhere, span, 0.1)
-    if top <= 0:
+    best, top = _search(points, field, centre, turns, cells, nowhere, span, least)
+    if top <= 0 or _search(points, field, centre, turns, cells, best, span, rival * top)[1] > 0:
         return None
-    second = _search(points, field, centre, turns, cells, best, span, 0.7 * top)[1]
-    mean, covariance = _moments(points, field, centre, turns, best, 12)
-    return Peak(np.array([mean[0], mean[1], se2.wrap(mean[2])]), top, covariance, second)
+    pose, covariance = _moments(points, field, centre, turns, best)
+    return Peak(pose, top, covariance)
 
 
 @njit(cache=True, nogil=True)
@@ -122,11 +123,14 @@ def _search(points, field, centre, turns, cells, taken, span, least):  # type: i
         for b in range(columns * rows):
             u, v = b % columns * block - cells[0], b // columns * block - cells[1]
             bounds[t * columns * rows + b] = _score(field.levels[top], cx[t], cy[t], u, v)
-    best, found = least, np.array([0, 0, -1])
+    best, found = least, np.zeros(3, np.int64)
+    found[2] = -1
     stack = np.empty((4 * LEVELS, 3), np.int64)
-    for index in np.argsort(-bounds):
-        if bounds[index] <= best:
-            break
+    promising = np.argmax(bounds)  # first, for a high bar from the start
+    for order in range(-1, len(bounds)):
+        index = promising if order < 0 else order
+        if bounds[index] <= best or order == promising:
+            continue
         t, b = index // (columns * rows), index % (columns * rows)
         stack[0, 0], stack[0, 1], stack[0, 2] = b % columns * block - cells[0], b // columns * block - cells[1], top
         size = 1
@@ -157,8 +161,8 @@ def _search(points, field, centre, turns, cells, taken, span, least):  # type: i
 
 
 @njit(cache=True, nogil=True)
-def _moments(points, field, centre, turns, best, reach):  # type: ignore[no-untyped-def]
-    """Mean (3,) and covariance (3, 3) of the distribution within ``reach`` steps of its maximum (Olson 2009, section IV)."""
+def _moments(points, field, centre, turns, best):  # type: ignore[no-untyped-def]
+    """Mean (3,) and covariance (3, 3) of the distribution around its maximum (Olson 2009, section IV)."""
     cx, cy = np.empty(len(points), np.int64), np.empty(len(points), np.int64)
     _cells(points, field, centre, turns[best[2]], cx, cy)
     peak = _score(field.levels[0], cx, cy, best[0], best[1])
@@ -167,20 +171,23 @@ def _moments(points, field, centre, turns, best, reach):  # type: ignore[no-unty
     for t in range(-4, 5):
         x[2] = t * step
         _cells(points, field, centre, turns[best[2]] + x[2], cx, cy)
-        for v in range(-reach, reach + 1):
-            for u in range(-reach, reach + 1):
+        for v in range(-12, 13, 2):
+            for u in range(-12, 13, 2):
                 score = _score(field.levels[0], cx, cy, best[0] + u, best[1] + v)
                 w = np.exp((score - peak) * len(points) / 4.0)  # neighbouring points err together, four by four
                 x[0], x[1] = u * field.resolution, v * field.resolution
                 total += w
-                first += w * x
-                second += w * np.outer(x, x)
-    first /= total
-    covariance = second / total - np.outer(first, first)
-    for k in range(3):
-        covariance[k, k] += (step if k == 2 else field.resolution) ** 2 / 12.0
-    mean = first.copy()
-    mean[0] += centre[0] + best[0] * field.resolution
-    mean[1] += centre[1] + best[1] * field.resolution
-    mean[2] += turns[best[2]]
-    return mean, covariance
+                for i in range(3):
+                    first[i] += w * x[i]
+                    for j in range(3):
+                        second[i, j] += w * x[i] * x[j]
+    for i in range(3):
+        first[i] /= total
+    for i in range(3):
+        for j in range(3):
+            second[i, j] = second[i, j] / total - first[i] * first[j]
+        second[i, i] += (step if i == 2 else 2.0 * field.resolution) ** 2 / 12.0
+    first[0] += centre[0] + best[0] * field.resolution
+    first[1] += centre[1] + best[1] * field.resolution
+    first[2] = wrapped(first[2] + turns[best[2]])
+    return first, second

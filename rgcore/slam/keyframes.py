@@ -8,6 +8,7 @@ from numba import njit
 from rgcore.slam.agreement import agreement
 from rgcore.slam.local import LocalMap, Match, discount, local_map
 from rgcore.slam.posegraph import Links
+from rgcore.slam.small import inverse, times, wrapped
 from rgcore.slam.surface import Surface, Surfaces
 
 LEAST_PAIRS = 10
@@ -64,7 +65,7 @@ class Keyframes:
 
     def map_of(self, members: np.ndarray) -> LocalMap:
         """The local map that these keyframes make."""
-        on: LocalMap = local_map(self.surfaces, members, self.poses[members])
+        on: LocalMap = local_map(self.surfaces, members, self.poses)
         return on
 
     def agree(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray, members: np.ndarray) -> np.ndarray:
@@ -76,27 +77,29 @@ def links_of(match: Match, poses: np.ndarray, members: np.ndarray, keyframe: int
     """What a keyframe, registered on the map of ``members``, says of its pose relative to each of them."""
     ok = match.pairs >= LEAST_PAIRS
     measured, information = np.zeros((len(members), 3)), np.zeros((len(members), 3, 3))
-    write_links(match.information, match.gradient, poses[members], match.pose, measured, information)
+    write_links(match.information, match.gradient, poses, members, match.pose, measured, information)
     many = int(ok.sum())
     return Links(members[ok], np.full(many, keyframe), measured[ok], information[ok], np.full(many, scale))
 
 
 @njit(cache=True, nogil=True)
-def write_links(information, gradient, poses, pose, measured, out):  # type: ignore[no-untyped-def]
-    """Turns normal equations in the map's axes to relative poses and information in the axes of each keyframe of the map."""
-    for o in range(len(poses)):
-        a, b = information[o].copy(), gradient[o].copy()
+def write_links(information, gradient, poses, members, pose, measured, out):  # type: ignore[no-untyped-def]
+    """Turns normal equations in the map's axes to relative poses and information in the axes of each of the ``members``."""
+    for o in range(len(members)):
+        a, b, m = information[o].copy(), gradient[o].copy(), members[o]
         discount(a, b)
-        for k in range(3):
-            a[k, k] += 1e-3
-        step = np.linalg.solve(a, b)
-        c, s = np.cos(poses[o, 2]), np.sin(poses[o, 2])
-        turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        step[:2] += pose[:2] - poses[o, :2]
-        step[2] += pose[2] - poses[o, 2]
-        measured[o] = turn @ step
-        measured[o, 2] = -((np.pi - measured[o, 2]) % (2.0 * np.pi) - np.pi)
-        out[o] = turn @ a @ turn.T
+        step = times(inverse(a), b)
+        c, s = np.cos(poses[m, 2]), np.sin(poses[m, 2])
+        x, y = pose[0] + step[0] - poses[m, 0], pose[1] + step[1] - poses[m, 1]
+        measured[o, 0], measured[o, 1] = c * x + s * y, -s * x + c * y
+        measured[o, 2] = wrapped(pose[2] + step[2] - poses[m, 2])
+        xx, xy, yy, xt, yt = a[0, 0], a[0, 1], a[1, 1], a[0, 2], a[1, 2]
+        out[o, 0, 0] = c * c * xx + 2.0 * c * s * xy + s * s * yy
+        out[o, 1, 1] = s * s * xx - 2.0 * c * s * xy + c * c * yy
+        out[o, 0, 1] = out[o, 1, 0] = c * s * (yy - xx) + (c * c - s * s) * xy
+        out[o, 0, 2] = out[o, 2, 0] = c * xt + s * yt
+        out[o, 1, 2] = out[o, 2, 1] = -s * xt + c * yt
+        out[o, 2, 2] = a[2, 2]
 
 
 def _twice(array: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from rgcore.slam.small import inverse, times, wrapped
 from rgcore.slam.surface import Surface
 
 CELL = 0.3
@@ -56,36 +57,42 @@ class Match(NamedTuple):
 
 @njit(cache=True, nogil=True)
 def local_map(surfaces, members, poses):  # type: ignore[no-untyped-def]
-    """The LocalMap that keyframes ``members`` (m,) make together: their points with known normals, seen from ``poses`` (m, 3)."""
+    """The LocalMap that keyframes ``members`` (m,) of ``surfaces`` make at ``poses`` (K, 3): their points with normals."""
     most = 0
+    for k in members:
+        most += surfaces.start[k + 1] - surfaces.start[k]
+    xy, normal, owner, n = np.empty((most, 2)), np.empty((most, 2)), np.empty(most, np.int64), 0
+    left, right, low, high = np.inf, -np.inf, np.inf, -np.inf
     for o in range(len(members)):
-        most += surfaces.start[members[o] + 1] - surfaces.start[members[o]]
-    xy, normals, owner, n = np.empty((most, 2)), np.empty((most, 2)), np.empty(most, np.int64), 0
-    for o in range(len(members)):
-        c, s = np.cos(poses[o, 2]), np.sin(poses[o, 2])
-        for k in range(surfaces.start[members[o]], surfaces.start[members[o] + 1]):
-            u, v = surfaces.normals[k]
-            if u != 0.0 or v != 0.0:
-                x, y = surfaces.points[k]
-                xy[n, 0], xy[n, 1] = c * x - s * y + poses[o, 0], s * x + c * y + poses[o, 1]
-                normals[n, 0], normals[n, 1], owner[n] = c * u - s * v, s * u + c * v, o
-                n += 1
-    corner, far = np.zeros(2), np.zeros(2)
-    for d in range(2):
-        if n > 0:
-            corner[d], far[d] = xy[:n, d].min() - CELL, xy[:n, d].max()
-    width, height = int((far[0] - corner[0]) / CELL) + 2, int((far[1] - corner[1]) / CELL) + 2
+        m = members[o]
+        c, s = np.cos(poses[m, 2]), np.sin(poses[m, 2])
+        for k in range(surfaces.start[m], surfaces.start[m + 1]):
+            u, v = surfaces.normals[k, 0], surfaces.normals[k, 1]
+            if u == 0.0 and v == 0.0:
+                continue
+            x, y = surfaces.points[k, 0], surfaces.points[k, 1]
+            xy[n, 0], xy[n, 1] = c * x - s * y + poses[m, 0], s * x + c * y + poses[m, 1]
+            normal[n, 0], normal[n, 1], owner[n] = c * u - s * v, s * u + c * v, o
+            left, right = min(left, xy[n, 0]), max(right, xy[n, 0])
+            low, high = min(low, xy[n, 1]), max(high, xy[n, 1])
+            n += 1
+    corner, width, height = np.zeros(2), 1, 1
+    if n > 0:
+        corner[0], corner[1] = left - CELL, low - CELL
+        width, height = int((right - left) / CELL) + 3, int((high - low) / CELL) + 3
     cell, start = np.empty(n, np.int64), np.zeros(width * height + 1, np.int64)
     for k in range(n):
         cell[k] = int((xy[k, 1] - corner[1]) / CELL) * width + int((xy[k, 0] - corner[0]) / CELL)
-        start[cell[k] + 1] += 1
+        start[cell[k]] += 1
     for c in range(width * height):
         start[c + 1] += start[c]
-    place, order = start.copy(), np.empty(n, np.int64)
-    for k in range(n):
-        order[place[cell[k]]] = k
-        place[cell[k]] += 1
-    return LocalMap(xy[order], normals[order], owner[order], start, corner, (width, height), len(members))
+    points, normals, owners = np.empty((n, 2)), np.empty((n, 2)), np.empty(n, np.int64)
+    for k in range(n - 1, -1, -1):
+        start[cell[k]] -= 1
+        i = start[cell[k]]
+        points[i, 0], points[i, 1] = xy[k, 0], xy[k, 1]
+        normals[i, 0], normals[i, 1], owners[i] = normal[k, 0], normal[k, 1], owner[k]
+    return LocalMap(points, normals, owners, start, corner, (width, height), len(members))
 
 
 def register(
@@ -103,9 +110,11 @@ def register(
 @njit(cache=True, nogil=True)
 def linearise(points, normals, on, pose, reach, noise, information, gradient, pairs):  # type: ignore[no-untyped-def]
     """Adds up the normal equations of all pairs, by keyframe of the map; returns how many points found one."""
-    information[:], gradient[:], pairs[:] = 0.0, 0.0, 0.0
+    information.fill(0.0)
+    gradient.fill(0.0)
+    pairs.fill(0.0)
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    best, which = np.full(on.owners, np.inf), np.zeros(on.owners, np.int64)
+    best, which = np.empty(on.owners), np.empty(on.owners, np.int64)
     width, height = on.shape
     ring = int(np.ceil(reach / CELL))
     found = 0
@@ -115,8 +124,8 @@ def linearise(points, normals, on, pose, reach, noise, information, gradient, pa
         x, y = rx + pose[0], ry + pose[1]
         known = nx != 0.0 or ny != 0.0
         column, row = int((x - on.corner[0]) // CELL), int((y - on.corner[1]) // CELL)
-        best[:] = reach * reach
-        which[:] = -1
+        best.fill(reach * reach)
+        which.fill(-1)
         partners = 0
         for v in range(max(0, row - ring), min(height, row + ring + 1)):
             first, last = max(0, column - ring), min(width - 1, column + ring)
@@ -163,11 +172,8 @@ def discount(information, gradient):  # type: ignore[no-untyped-def]
 
     What is left has the same minimum (the direction is left to the prior, not pulled to where it stands).
     """
-    regular = information.copy()
-    for k in range(3):
-        regular[k, k] += 1e-3
-    covariance = np.linalg.inv(regular)
-    step = covariance @ gradient
+    covariance = inverse(information)
+    step = times(covariance, gradient)
     angle = 0.5 * np.arctan2(2.0 * covariance[0, 1], covariance[0, 0] - covariance[1, 1])
     ux, uy = np.cos(angle), np.sin(angle)
     variance = ux * ux * covariance[0, 0] + 2.0 * ux * uy * covariance[0, 1] + uy * uy * covariance[1, 1]
@@ -182,25 +188,38 @@ def discount(information, gradient):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _register(points, normals, on, start, prior, noise, reach, rounds):  # type: ignore[no-untyped-def]
-    pose = start.copy()
+def _register(points, normals, on, first, prior, noise, reach, rounds):  # type: ignore[no-untyped-def]
+    pose, off = first.copy(), np.zeros(3)
     information, gradient, pairs = np.zeros((on.owners, 3, 3)), np.zeros((on.owners, 3)), np.zeros(on.owners)
-    near, wide, found = reach, noise * 3.0, 0
+    a, b = np.zeros((3, 3)), np.zeros(3)
+    near, wide = reach, noise * 3.0
     for k in range(rounds):
-        found = linearise(points, normals, on, pose, near, wide, information, gradient, pairs)
-        a, b = information.sum(0), gradient.sum(0)
+        linearise(points, normals, on, pose, near, wide, information, gradient, pairs)
+        a.fill(0.0)
+        b.fill(0.0)
+        for o in range(on.owners):
+            for i in range(3):
+                b[i] += gradient[o, i]
+                for j in range(3):
+                    a[i, j] += information[o, i, j]
         discount(a, b)
-        off = start - pose
-        off[2] = (off[2] + np.pi) % (2 * np.pi) - np.pi
-        odd = off @ prior @ off
-        w = 1.0 / (1.0 + odd / 9.0)  # a first pose that the scan contradicts loses its say
-        step = np.linalg.solve(a + w * prior + 1e-3 * np.eye(3), b + w * (prior @ off))
-        pose += step
-        small = np.hypot(step[0], step[1]) < 5e-4 and abs(step[2]) < 2e-4
+        off[0], off[1], off[2] = first[0] - pose[0], first[1] - pose[1], wrapped(first[2] - pose[2])
+        pull = times(prior, off)
+        w = 1.0 / (
+            1.0 + (off[0] * pull[0] + off[1] * pull[1] + off[2] * pull[2]) / 9.0
+        )  # contradicted, it has less say
+        for i in range(3):
+            b[i] += w * pull[i]
+            for j in range(3):
+                a[i, j] += w * prior[i, j]
+        step = times(inverse(a), b)
+        for i in range(3):
+            pose[i] += step[i]
+        small = abs(step[0]) + abs(step[1]) < 5e-4 and abs(step[2]) < 2e-4
         if small and near <= 0.5 * CELL and wide == noise:
             break
         if small or k >= 2:
             near, wide = max(0.5 * CELL, 0.5 * near), noise
-    pose[2] = -((-pose[2] + np.pi) % (2 * np.pi) - np.pi)
+    pose[2] = wrapped(pose[2])
     found = linearise(points, normals, on, pose, 0.5 * CELL, noise, information, gradient, pairs)
     return pose, information, gradient, pairs, found / max(1, len(points))

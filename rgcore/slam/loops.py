@@ -163,10 +163,8 @@ class Loops:
         if len(on.points) < s.least_points or len(surface.points) < s.least_points:
             return None
         some = surface.points[:: max(1, len(surface.points) // 80)]
-        peak = correlate(some, likelihood_field(on.points), frames.poses[k], window)
-        if peak is None or peak.response < s.least_response or peak.second > s.rival * peak.response:
-            return None
-        if np.linalg.eigvalsh(peak.covariance[:2, :2])[1] > UNCERTAIN**2:
+        peak = correlate(some, likelihood_field(on.points), frames.poses[k], window, s.least_response, s.rival)
+        if peak is None or np.linalg.eigvalsh(peak.covariance[:2, :2])[1] > UNCERTAIN**2:
             return None
         match = register(surface, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, 0.3)
         confirmed, contradicted, _ = frames.agree(surface, frames.ranges[k], match.pose, members)

@@ -18,6 +18,7 @@ from rgcore.slam.local import LocalMap, Match
 from rgcore.slam.loops import Loops
 from rgcore.slam.posegraph import Links, optimise
 from rgcore.slam.refine import refine
+from rgcore.slam.small import between, chain
 from rgcore.slam.surface import surface
 from rgcore.slam.tracking import motion_deviation, track
 from rgcore.slam.trajectory import Trajectory
@@ -49,7 +50,7 @@ class Lrgc:
     """
 
     def __init__(self, bearings: np.ndarray, settings: Slam, has_odometry: bool = True) -> None:
-        self.bearings, self.settings, self.has_odometry = np.asarray(bearings, float), settings, has_odometry
+        self.bearings, self.settings, self.has_odometry = np.array(bearings, float), settings, has_odometry
         self.keyframes = Keyframes(self.bearings)
         self.loops = Loops(self.keyframes, settings)
         self.breaks: list[int] = []
@@ -75,8 +76,9 @@ class Lrgc:
     def add(self, ranges: np.ndarray, odom_from_laser: np.ndarray) -> np.ndarray:
         """map_from_laser (3,) of the next scan, of ``ranges`` (B,), where odometry says ``odom_from_laser`` (3,)."""
         s = self.settings
+        ranges = np.array(ranges, float)  # kernels are compiled for writable arrays only
         scan = surface(ranges, self.bearings, s.max_range, s.spacing)
-        odometry = np.asarray(odom_from_laser, float)
+        odometry = np.array(odom_from_laser, float)
         if self._map is None:
             self._odometry = odometry
             self._anchor.append(0)
@@ -85,17 +87,17 @@ class Lrgc:
             self.loops.advance(False)
             self._renew_map()
             return odometry
-        moved = se2.relative(self._odometry, odometry) if self.has_odometry else self._moved
+        moved = between(self._odometry, odometry) if self.has_odometry else self._moved
         deviation = motion_deviation(moved, s.odometry_noise) + (0.0 if self.has_odometry else s.blind)
-        last = se2.compose(self.keyframes.poses[self._anchor[-1]], self._offset[-1])
-        match, sure = track(self.keyframes, self._map, scan, ranges, se2.compose(last, moved), deviation, s)
-        self._odometry, self._since = odometry, se2.compose(self._since, moved)
-        self._moved = se2.relative(last, match.pose)
+        last = chain(self.keyframes.poses[self._anchor[-1]], self._offset[-1])
+        match, sure = track(self.keyframes, self._map, scan, ranges, chain(last, moved), deviation, s)
+        self._odometry, self._since = odometry, chain(self._since, moved)
+        self._moved = between(last, match.pose)
         newest = len(self.keyframes) - 1
-        offset = se2.relative(self.keyframes.poses[newest], match.pose)
+        offset = between(self.keyframes.poses[newest], match.pose)
         self._anchor.append(newest)
         self._offset.append(offset)
-        if sure and np.hypot(*offset[:2]) < s.keyframe_distance and abs(offset[2]) < s.keyframe_angle:
+        if sure and np.hypot(offset[0], offset[1]) < s.keyframe_distance and abs(offset[2]) < s.keyframe_angle:
             return match.pose
         self._anchor[-1], self._offset[-1] = newest + 1, np.zeros(3)
         self.keyframes.add(match.pose, scan, ranges, len(self) - 1)

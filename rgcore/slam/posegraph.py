@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csc_matrix
+from numba import njit
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from rgcore.evidence import Evidence
 from rgcore.geometry import se2
+from rgcore.slam.small import between, times, wrapped
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,12 +64,7 @@ def chi_squared(poses: np.ndarray, links: Links) -> np.ndarray:
     return np.einsum("li,lij,lj->l", off, links.information, off)
 
 
-def weights(poses: np.ndarray, links: Links) -> np.ndarray:
-    """(L,) what dynamic covariance scaling leaves of each link's information, 0..1."""
-    return np.minimum(1.0, 2.0 / (1.0 + chi_squared(poses, links) / links.scale)) ** 2
-
-
-def optimise(poses: np.ndarray, links: Links, rounds: int = 10, enough: float = 1e-4) -> np.ndarray:
+def optimise(poses: np.ndarray, links: Links, rounds: int = 10, enough: float = 1e-3) -> np.ndarray:
     """Poses (N, 3) that agree best with the links; pose 0 stays where it is.
 
     A pose that no link holds stays as well. Stops when no pose moves by more than ``enough`` [m or rad].
@@ -75,52 +72,70 @@ def optimise(poses: np.ndarray, links: Links, rounds: int = 10, enough: float = 
     poses = np.array(poses, float)
     if len(poses) < 2 or not len(links):
         return poses
+    pattern, slots = _pattern(len(poses), links)
     for _ in range(rounds):
-        step = _step(poses, links)
-        poses += step
+        blocks, rhs = np.zeros((len(pattern.indices), 3, 3)), np.zeros((len(poses), 3))
+        _assemble(poses, links.a, links.b, links.a_from_b, links.information, links.scale, slots, blocks, rhs)
+        h = bsr_matrix((blocks, pattern.indices, pattern.indptr)).tocsr()
+        h = csc_matrix((h.data, h.indices, h.indptr), shape=h.shape)  # it is symmetric
+        step = splu(h, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve(
+            rhs.ravel()
+        )
+        poses += step.reshape(-1, 3)
         if np.abs(step).max() < enough:
             break
     poses[:, 2] = se2.wrap(poses[:, 2])
     return poses
 
 
-def _step(poses: np.ndarray, links: Links) -> np.ndarray:
-    """One Gauss-Newton step (N, 3)."""
-    n = len(poses)
-    off, ja, jb = residuals(poses, links), *_jacobians(poses, links)
-    info = weights(poses, links)[:, None, None] * links.information
-    ta, tb = np.einsum("lki,lkj->lij", ja, info), np.einsum("lki,lkj->lij", jb, info)
-    blocks = np.concatenate([ta @ ja, ta @ jb, tb @ ja, tb @ jb])
-    a, b = links.a, links.b
-    row, column = np.concatenate([a, a, b, b]), np.concatenate([a, b, a, b])
-    three = np.arange(3)
-    i = np.broadcast_to(3 * row[:, None, None] + three[:, None], blocks.shape)
-    j = np.broadcast_to(3 * column[:, None, None] + three[None, :], blocks.shape)
-    rhs = np.zeros((n, 3))
-    np.add.at(rhs, a, -np.einsum("lij,lj->li", ta, off))
-    np.add.at(rhs, b, -np.einsum("lij,lj->li", tb, off))
-    h = csc_matrix((blocks.ravel(), (i.ravel(), j.ravel())), shape=(3 * n, 3 * n))
-    keep = slice(3, None)  # pose 0 is the anchor
-    h = h[keep, keep] + _damping(n - 1)
-    step = splu(h, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve(
-        rhs.ravel()[keep]
-    )
-    return np.concatenate([np.zeros((1, 3)), step.reshape(-1, 3)])
+def _pattern(n: int, links: Links) -> tuple[csr_matrix, np.ndarray]:
+    """Which 3 x 3 blocks there are, and where they are: those aa, ab, ba, bb of each link (4 L), then the diagonal (n)."""
+    a, b, own = links.a, links.b, np.arange(n)
+    keys = np.stack([a * n + a, a * n + b, b * n + a, b * n + b], 1)
+    blocks, slots = np.unique(np.concatenate([own * n + own, keys.ravel()]), return_inverse=True)
+    indptr = np.searchsorted(blocks // n, np.arange(n + 1))
+    pattern = csr_matrix((np.ones(len(blocks)), blocks % n, indptr), shape=(n, n))
+    return pattern, np.concatenate([slots[n:].reshape(-1), slots[:n]])
 
 
-def _damping(n: int) -> csc_matrix:
-    """What keeps a pose without links, or a direction that none of them sees, where it is: next to nothing."""
-    diagonal = np.arange(3 * n)
-    return csc_matrix((np.full(3 * n, 1e-6), (diagonal, diagonal)), shape=(3 * n, 3 * n))
-
-
-def _jacobians(poses: np.ndarray, links: Links) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives (L, 3, 3) of the residuals by pose a and by pose b."""
-    pa, pb = poses[links.a], poses[links.b]
-    c, s = np.cos(pa[:, 2]), np.sin(pa[:, 2])
-    dx, dy = (pb - pa)[:, 0], (pb - pa)[:, 1]
-    ja, jb = np.zeros((len(pa), 3, 3)), np.zeros((len(pa), 3, 3))
-    jb[:, 0, 0], jb[:, 0, 1], jb[:, 1, 0], jb[:, 1, 1], jb[:, 2, 2] = c, s, -s, c, 1
-    ja[:, :2, :2] = -jb[:, :2, :2]
-    ja[:, 0, 2], ja[:, 1, 2], ja[:, 2, 2] = -s * dx + c * dy, -c * dx - s * dy, -1
-    return ja, jb
+@njit(cache=True, nogil=True)
+def _assemble(poses, a, b, measured, information, scale, slots, blocks, rhs):  # type: ignore[no-untyped-def]
+    """Adds the normal equations of all links into ``blocks`` (S, 3, 3) and ``rhs`` (N, 3)."""
+    n = len(a)
+    j = np.zeros((2, 3, 3))  # derivatives of the residual by pose a and by pose b
+    t = np.zeros((2, 3, 3))  # the same, times the information
+    j[0, 2, 2], j[1, 2, 2] = -1.0, 1.0
+    ends = np.zeros(2, np.int64)
+    for k in range(n):
+        ends[0], ends[1] = a[k], b[k]
+        p, q = poses[a[k]], poses[b[k]]
+        off = between(p, q)
+        c, s, x, y = np.cos(p[2]), np.sin(p[2]), off[0], off[1]
+        for i in range(3):
+            off[i] -= measured[k, i]
+        off[2] = wrapped(off[2])
+        pull = times(information[k], off)
+        chi = off[0] * pull[0] + off[1] * pull[1] + off[2] * pull[2]
+        w = min(1.0, 2.0 / (1.0 + chi / scale[k])) ** 2
+        j[1, 0, 0], j[1, 0, 1], j[1, 1, 0], j[1, 1, 1] = c, s, -s, c
+        j[0, 0, 0], j[0, 0, 1], j[0, 1, 0], j[0, 1, 1] = -c, -s, s, -c
+        j[0, 0, 2], j[0, 1, 2] = y, -x
+        for e in range(2):
+            for u in range(3):
+                total = 0.0
+                for v in range(3):
+                    total += j[e, v, u] * pull[v]
+                    t[e, u, v] = 0.0
+                    for m in range(3):
+                        t[e, u, v] += w * j[e, m, u] * information[k, m, v]
+                rhs[ends[e], u] -= w * total
+        for e in range(2):
+            for f in range(2):
+                slot = slots[4 * k + 2 * e + f]
+                for u in range(3):
+                    for v in range(3):
+                        for m in range(3):
+                            blocks[slot, u, v] += t[e, u, m] * j[f, m, v]
+    for i in range(len(poses)):  # what holds a pose without links; and pose 0, the anchor
+        for u in range(3):
+            blocks[slots[4 * n + i], u, u] += 1e12 if i == 0 else 1e-6

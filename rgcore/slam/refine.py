@@ -70,11 +70,11 @@ def _link_all(surfaces, poses, near, start, reach, noise, measured, information,
         members = near[own]
         if len(members) == 0:
             continue
-        on = local_map(surfaces, members, poses[members])
+        on = local_map(surfaces, members, poses)
         part = slice(surfaces.start[i], surfaces.start[i + 1])
         a, b = np.zeros((len(members), 3, 3)), np.zeros((len(members), 3))
         linearise(surfaces.points[part], surfaces.normals[part], on, poses[i], reach, noise, a, b, pairs[own])
-        write_links(a, b, poses[members], poses[i], measured[own], information[own])
+        write_links(a, b, poses, members, poses[i], measured[own], information[own])
 
 
 @njit(cache=True, nogil=True)
@@ -82,5 +82,7 @@ def _agreements(surfaces, ranges, bearings, poses, a, b):  # type: ignore[no-unt
     counts = np.zeros((len(a), 3))
     for p in range(len(a)):
         points = surfaces.points[surfaces.start[b[p]] : surfaces.start[b[p] + 1]]
-        counts[p] = agreement(surfaces, ranges, bearings, poses, a[p : p + 1], points, ranges[b[p]], poses[b[p]])
+        seen = agreement(surfaces, ranges, bearings, poses, a[p : p + 1], points, ranges[b[p]], poses[b[p]])
+        for i in range(3):
+            counts[p, i] = seen[i]
     return counts

@@ -29,56 +29,57 @@ def surface(ranges: np.ndarray, bearings: np.ndarray, max_range: float, spacing:
     A beam without an echo gives no point. Normals are those of the total least squares line through the neighbouring
     echoes, where these lie on a line.
     """
-    return Surface(*_surface(np.ascontiguousarray(ranges, float), bearings, max_range, spacing))
+    points, normals = np.empty((len(ranges), 2)), np.zeros((len(ranges), 2))
+    n = _surface(ranges, bearings, max_range, spacing, points, normals)
+    return Surface(points[:n], normals[:n])
 
 
 @njit(cache=True, nogil=True)
-def _surface(
-    ranges: np.ndarray, bearings: np.ndarray, max_range: float, spacing: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _surface(ranges, bearings, max_range, spacing, points, normals):  # type: ignore[no-untyped-def]
+    """Writes the points and normals; returns how many."""
     n = 0
     xy = np.empty((len(ranges), 2))
     gap = np.empty(len(ranges))  # farthest that the neighbours of an echo on the same surface may lie
     step = abs(bearings[-1] - bearings[0]) / max(1, len(bearings) - 1)
     for i in range(len(ranges)):
         r = ranges[i]
-        if np.isfinite(r) and 0.0 < r < max_range:
+        if 0.0 < r < max_range and np.isfinite(r):
             xy[n, 0], xy[n, 1] = r * np.cos(bearings[i]), r * np.sin(bearings[i])
             gap[n] = max(0.15, 3.0 * r * step)
             n += 1
-    points, normals, kept = np.empty((n, 2)), np.zeros((n, 2)), 0
+    kept, last = 0, 0
     for i in range(n):
-        if kept > 0 and np.hypot(xy[i, 0] - points[kept - 1, 0], xy[i, 1] - points[kept - 1, 1]) < spacing:
+        if kept > 0 and _near(xy, i, last, spacing):
             continue
-        points[kept] = xy[i]
-        lo, hi = i, i
+        points[kept, 0], points[kept, 1] = xy[i, 0], xy[i, 1]
+        lo, hi, last = i, i, i
         while lo > 0 and _near(xy, lo - 1, lo, gap[i]) and _near(xy, lo - 1, i, gap[i]):
             lo -= 1
         while hi < n - 1 and _near(xy, hi + 1, hi, gap[i]) and _near(xy, hi + 1, i, gap[i]):
             hi += 1
         if hi - lo >= 2:
-            _fit_normal(xy, lo, hi, normals[kept])
+            _fit_normal(xy, lo, hi, normals, kept)
         kept += 1
-    return points[:kept].copy(), normals[:kept].copy()
+    return kept
 
 
 @njit(cache=True, nogil=True)
-def _near(xy: np.ndarray, i: int, j: int, distance: float) -> bool:
+def _near(xy, i, j, distance):  # type: ignore[no-untyped-def]
     return (xy[i, 0] - xy[j, 0]) ** 2 + (xy[i, 1] - xy[j, 1]) ** 2 < distance * distance
 
 
 @njit(cache=True, nogil=True)
-def _fit_normal(xy: np.ndarray, lo: int, hi: int, normal: np.ndarray) -> None:
-    """Writes the normal of the line through echoes lo..hi, if they make one."""
+def _fit_normal(xy, lo, hi, normals, k):  # type: ignore[no-untyped-def]
+    """Writes normal k, that of the line through echoes lo..hi, if they make one."""
     m = hi - lo + 1
     cx, cy = 0.0, 0.0
-    for k in range(lo, hi + 1):
-        cx += xy[k, 0]
-        cy += xy[k, 1]
+    for i in range(lo, hi + 1):
+        cx += xy[i, 0]
+        cy += xy[i, 1]
     cx, cy = cx / m, cy / m
     sxx, sxy, syy = 0.0, 0.0, 0.0
-    for k in range(lo, hi + 1):
-        dx, dy = xy[k, 0] - cx, xy[k, 1] - cy
+    for i in range(lo, hi + 1):
+        dx, dy = xy[i, 0] - cx, xy[i, 1] - cy
         sxx += dx * dx
         sxy += dx * dy
         syy += dy * dy
@@ -90,4 +91,4 @@ def _fit_normal(xy: np.ndarray, lo: int, hi: int, normal: np.ndarray) -> None:
     nx, ny = -np.sin(angle), np.cos(angle)
     if nx * cx + ny * cy > 0.0:
         nx, ny = -nx, -ny
-    normal[0], normal[1] = nx, ny
+    normals[k, 0], normals[k, 1] = nx, ny

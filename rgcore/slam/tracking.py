@@ -40,9 +40,10 @@ def track(
     if _believed(frames, scan, ranges, match.pose) >= s.least_agreement:
         return match, True
     if len(on.points) >= s.least_points:
-        window = np.array([s.reach, s.reach, 0.0]) + 3.0 * deviation
-        peak = correlate(scan.points, likelihood_field(on.points), guess, np.array([window[0], window[1], np.pi]))
-        if peak is not None and peak.response > s.least_response and peak.second < s.rival * peak.response:
+        wide = s.reach + 3.0 * deviation
+        window = np.array([wide[0], wide[1], np.pi])
+        peak = correlate(scan.points, likelihood_field(on.points), guess, window, s.least_response, s.rival)
+        if peak is not None:
             again = register(scan, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, s.reach)
             if _believed(frames, scan, ranges, again.pose) >= s.least_agreement:
                 return again, True
