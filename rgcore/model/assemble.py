@@ -23,15 +23,13 @@ from rgcore.model.records import (
     RGMap,
     Source,
     Stats,
+    rounded,
 )
 from rgcore.places.classify import Classes
 from rgcore.places.objects import FoundObject
 from rgcore.places.places import Places
 from rgcore.scans.extract import Segments
 from rgcore.scans.log import ScanLog
-
-DIGITS = 6
-"""Numbers of the document are micrometres and microradians: exact in JSON, far below what a laser measures."""
 
 FEW = 3
 """Sightings: a line seen less often from a region is chance (a badly matched scan, a glimpse) and not listed there."""
@@ -69,7 +67,7 @@ def assemble(
             scans=len(log),
             points=int(log.usable(config.slam.max_range).sum()),
             segments=len(segments),
-            accuracy=None if acc is None else _r(acc),
+            accuracy=None if acc is None else rounded(acc),
             accuracy_penalty=config.accuracy.penalty,
         ),
         lines=_by_id(_line(lines, i, seen[i]) for i in range(len(lines))),
@@ -100,7 +98,7 @@ def _line(lines: Lines, i: int, seen: np.ndarray) -> Line:
         end=_point(lines.ends[i, 1]),
         regions=tuple(f"r{r + 1}" for r in ([home] if home >= 0 else []) + others),
         support=int(lines.support[i]),
-        residual=_r(rms) if math.isfinite(rms) else None,
+        residual=rounded(rms) if math.isfinite(rms) else None,
     )
 
 
@@ -115,12 +113,12 @@ def _regions(places: Places, classes: Classes, accuracy: Accuracy, scan_regions:
             id=f"r{i + 1}",
             name=f"{NAMES[class_]} {number[NAMES[class_]]}",
             class_=class_,
-            class_scores={c: _r(s) for c, s in zip(REGION_CLASSES, classes.scores[i], strict=True)},
+            class_scores={c: rounded(s) for c, s in zip(REGION_CLASSES, classes.scores[i], strict=True)},
             boundary=_points(found.boundary),
             holes=tuple(_points(h) for h in found.holes),
-            box=Box2(center=_point(found.box_center), size=_point(found.box_size), yaw=_r(found.box_yaw)),
+            box=Box2(center=_point(found.box_center), size=_point(found.box_size), yaw=rounded(found.box_yaw)),
             axes=tuple(_axis(a) for a in classes.axes[i] if np.isfinite(a)),
-            accuracy=None if acc is None else _r(acc),
+            accuracy=None if acc is None else rounded(acc),
             scans=int(here.sum()),
         )
 
@@ -130,12 +128,12 @@ def _gateways(places: Places) -> Iterable[Gateway]:
         yield Gateway(
             id=f"g{i + 1}",
             class_=g.class_,
-            confidence=_r(g.confidence),
+            confidence=rounded(g.confidence),
             regions=tuple(f"r{r + 1}" for r in g.regions),
             posts=(_point(g.posts[0]), _point(g.posts[1])),
             crossing_points=_points(g.crossing_points),
             gateway_points=_points(g.gateway_points),
-            traversal_directions=tuple(_r(a) for a in g.traversal_directions),
+            traversal_directions=tuple(rounded(a) for a in g.traversal_directions),
             passed=bool(g.passed),
         )
 
@@ -147,12 +145,12 @@ def _objects(objects: Sequence[FoundObject]) -> Iterable[MapObject]:
         yield MapObject(
             id=f"o{i + 1}",
             label=o.label,
-            center=(_r(x), _r(y), _r(z)),
-            size=(_r(along), _r(across), _r(height)),
-            yaw=_r(o.yaw),
+            center=(rounded(x), rounded(y), rounded(z)),
+            size=(rounded(along), rounded(across), rounded(height)),
+            yaw=rounded(o.yaw),
             lines=tuple(f"l{k + 1}" for k in o.lines),
             region=f"r{o.region + 1}" if o.region >= 0 else None,
-            confidence=_r(o.confidence),
+            confidence=rounded(o.confidence),
         )
 
 
@@ -160,12 +158,8 @@ def _by_id(records: Iterable) -> dict:
     return {r.id: r for r in records}
 
 
-def _r(value: float) -> float:
-    return round(float(value), DIGITS) + 0.0  # + 0.0: never -0.0, which would be another text for the same number
-
-
 def _point(p: Sequence[float] | np.ndarray) -> Point:
-    return _r(p[0]), _r(p[1])
+    return rounded(p[0]), rounded(p[1])
 
 
 def _points(points: Iterable[Sequence[float]]) -> tuple[Point, ...]:
@@ -174,5 +168,5 @@ def _points(points: Iterable[Sequence[float]]) -> tuple[Point, ...]:
 
 def _axis(angle: float) -> float:
     """An axis [rad] in [0, pi), also after rounding."""
-    a = _r(float(angle) % math.pi)
+    a = rounded(float(angle) % math.pi)
     return a if a < math.pi else 0.0

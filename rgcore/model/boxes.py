@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from rgcore.model.records import Point
+from rgcore.model.records import Point, rounded
 
 THINNEST = 0.05
 """m: a box over a single line still has two sides"""
@@ -34,7 +34,7 @@ def fit_box(ends: np.ndarray, axes: tuple[float, ...] = ()) -> tuple[Point, tupl
     if across > along:
         along, across, yaw = across, along, yaw + math.pi / 2
     yaw = -((-yaw + math.pi / 2) % math.pi - math.pi / 2)
-    return (_r(x), _r(y)), (_r(along), _r(across)), _r(yaw)
+    return (rounded(x), rounded(y)), (rounded(along), rounded(across)), rounded(yaw)
 
 
 def _span(ends: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
@@ -42,10 +42,6 @@ def _span(ends: np.ndarray, yaw: float) -> tuple[np.ndarray, np.ndarray]:
     c, s = math.cos(yaw), math.sin(yaw)
     q = ends.reshape(-1, 2) @ np.array([[c, -s], [s, c]])
     return q.min(0), q.max(0)
-
-
-def _r(value: float) -> float:
-    return round(float(value), 6) + 0.0  # + 0.0: never -0.0
 
 
 def _snapped(yaw: float, axes: tuple[float, ...]) -> float:

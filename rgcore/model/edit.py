@@ -9,7 +9,7 @@ import numpy as np
 
 from rgcore.errors import EditError
 from rgcore.model.fields import refusal
-from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, replace
+from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, replace, rounded
 
 E = TypeVar("E", bound="Edit")
 T = TypeVar("T")
@@ -23,9 +23,13 @@ class Edit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
         return self.checked().change(map)
 
     def checked(self: E) -> E:
-        """The same edit as the journal will give it back, every value within its bounds. Raises EditError."""
+        """The same edit as the journal will give it back: values within their bounds, numbers as the document has them.
+
+        Raises EditError.
+        """
         try:
-            return msgspec.json.decode(msgspec.json.encode(self, enc_hook=_plain), type=type(self))
+            plain = _rounded(msgspec.to_builtins(self, enc_hook=_plain))
+            return msgspec.json.decode(msgspec.json.encode(plain), type=type(self))
         except msgspec.ValidationError as e:
             raise refusal(type(self), e) from e
         except (TypeError, ValueError) as e:
@@ -44,6 +48,14 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     raise TypeError(f"{type(value).__name__} is no value for an edit")
+
+
+def _rounded(value: Any) -> Any:
+    if isinstance(value, float):
+        return rounded(value)
+    if isinstance(value, dict):
+        return {k: _rounded(v) for k, v in value.items()}
+    return [_rounded(v) for v in value] if isinstance(value, list | tuple) else value
 
 
 def the_line(map: RGMap, id: str) -> Line:

@@ -257,7 +257,7 @@ def object_from_lines(map: RGMap, lines: tuple[str, ...] | list[str], height: fl
     return SeedObject(
         id=new_id(map, "objects"),
         lines=tuple(line.id for line in chosen),
-        center=(x, y, round(height / 2, 6)),
+        center=(x, y, height / 2),
         size=(along, across, height),
         yaw=yaw,
         region=home,

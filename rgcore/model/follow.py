@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from rgcore.model.records import Point
+from rgcore.model.records import Point, rounded
 
 
 class Follow:
@@ -29,12 +29,8 @@ class Follow:
             d = np.array(p) - self.mid
             d = d + (self.stretch - 1) * (d @ self.along) * self.along
             x, y = self.new_mid + np.array([c * d[0] - s * d[1], s * d[0] + c * d[1]])
-            out.append((_r(x), _r(y)))
+            out.append((rounded(x), rounded(y)))
         return tuple(out)
 
     def directions(self, angles: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple(_r(math.remainder(a + self.turn, 2 * math.pi)) for a in angles)
-
-
-def _r(value: float) -> float:
-    return round(float(value), 6) + 0.0  # + 0.0: never -0.0
+        return tuple(rounded(math.remainder(a + self.turn, 2 * math.pi)) for a in angles)

@@ -153,7 +153,8 @@ class Project:
 
         with self._mutex:
             self._must_write()
-            taken, lost = rebase(self.run_name, self._history, run.map, Drift(self.trajectory, run.trajectory))
+            drift = Drift(self.trajectory, run.trajectory, same_log=self.run_info.sha256 == run.log.sha256)
+            taken, lost = rebase(self.run_name, self._history, run.map, drift)
             folder.add_run(self.path, run, taken, (*self.conflicts, *lost))
             self._journal.close()
             self._load()

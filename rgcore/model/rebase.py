@@ -23,17 +23,20 @@ from rgcore.model.edits import AnyEdit, Edit
 from rgcore.model.fields import is_human_id
 from rgcore.model.history import Do, History, step
 from rgcore.model.identify import match
-from rgcore.model.records import RGMap
+from rgcore.model.records import RGMap, rounded
 from rgcore.slam.trajectory import Trajectory
 
 
 class Drift:
-    """How the places of an old run lie in a new one: each moves with the scans that were taken near it."""
+    """How the places of an old run lie in a new one: each moves with the scans that were taken near it.
+
+    ``known``: whether the runs share scans; without, nothing is known. ``same_log``: both were made from one log.
+    """
 
     NEAR = 8
 
-    def __init__(self, old: Trajectory, new: Trajectory) -> None:
-        a, b = _same_scans(old, new)
+    def __init__(self, old: Trajectory, new: Trajectory, same_log: bool = False) -> None:
+        a, b = _same_scans(old, new, same_log)
         self.known = len(a) > 0
         if self.known:
             self._from, self._to = old.map_from_base[a], new.map_from_base[b]
@@ -66,10 +69,12 @@ class Drift:
         return se2.compose(self._to[scans], se2.invert(self._from[scans]))
 
 
-def _same_scans(old: Trajectory, new: Trajectory) -> tuple[np.ndarray, np.ndarray]:
+def _same_scans(old: Trajectory, new: Trajectory, same_log: bool) -> tuple[np.ndarray, np.ndarray]:
     """Indices of scans that both runs hold: by order where one log begins like the other, else by unique stamps."""
     n = min(len(old), len(new))
-    if n and np.array_equal(old.stamps[:n], new.stamps[:n]):
+    alike = bool(n) and np.array_equal(old.stamps[:n], new.stamps[:n])
+    telling = len(np.unique(old.stamps[:n])) > n / 2  # some logs carry one stamp for all scans
+    if alike and (telling or (same_log and len(old) == len(new))):
         return np.arange(n), np.arange(n)
     (s, i, k), (t, j, m) = (np.unique(x.stamps, return_index=True, return_counts=True) for x in (old, new))
     s, i, t, j = s[k == 1], i[k == 1], t[m == 1], j[m == 1]
@@ -87,7 +92,7 @@ def carry(edit: AnyEdit, ids: Mapping[str, str], drift: Drift) -> AnyEdit:
     names = [f.name for f in msgspec.structs.fields(edit)]
     places = [p for name in names for p in _found("point", getattr(edit, name), hints[name])]
     if places and not drift.known:
-        raise Stale("the two runs share no scan, so its place in the new map is not known")
+        raise Stale("the two runs share no scan")
     carrier = _Carrier(ids, drift, drift.turn(np.mean([p[:2] for p in places], 0)) if places else 0.0)
     return type(edit)(**{name: _walk(getattr(edit, name), hints[name], carrier) for name in names})
 
@@ -106,14 +111,16 @@ class _Carrier:
                 return self.ids[value]
             if is_human_id(value):
                 return value
+            if not self.drift.known:
+                raise Stale("the two runs share no scan")
             raise Stale(f"{value} has no clear counterpart in the new map")
         if extra.get("place") == "angle":
-            return value if abs(self.turn) < 1e-6 else round(float(se2.wrap(value + self.turn)), 6)
+            return value if abs(self.turn) < 1e-6 else rounded(float(se2.wrap(value + self.turn)))
         if extra.get("place") in ("point", "point3"):
             moved = self.drift.points(np.array(value[:2]))[0]
             if np.abs(moved - value[:2]).max() < 1e-6:
                 return value
-            return (round(float(moved[0]), 6), round(float(moved[1]), 6), *value[2:])
+            return (rounded(moved[0]), rounded(moved[1]), *value[2:])
         return value
 
 
@@ -178,10 +185,11 @@ def ids_of(edit: Edit) -> set[str]:
 def rebase(run: str, history: History, new: RGMap, drift: Drift) -> tuple[list[Do], list[Conflict]]:
     """Entries for the journal of a new run, numbered from 1, and the edits that it could not take over.
 
-    ``run``, ``history``: the old run. Its *base* is matched with ``new``, the base of the new one.
+    ``run``, ``history``: the old run. Its *base* is matched with ``new``, the base of the new one. Runs that share no
+    scan lie in frames of their own: then nothing is carried.
     """
     wanted = {id for done in history.done for id in ids_of(done.entry.edit)}
-    ids = match(history.base, new, wanted, drift.points)
+    ids = match(history.base, new, wanted, drift.points) if drift.known else {}
     after, taken, lost = History.of(new), list[Do](), list[Conflict]()
     for done in history.done:
         old = done.entry

@@ -161,3 +161,11 @@ class RGMap(Record, frozen=True, kw_only=True):
 
 replace = msgspec.structs.replace
 """A copy of a record with some fields changed."""
+
+DIGITS = 6
+"""Numbers of the document are whole micrometres and microradians: exact in JSON, far below what a laser measures."""
+
+
+def rounded(value: float) -> float:
+    """A number as it stands in the document; never -0.0, which would be another text for the same number."""
+    return round(float(value), DIGITS) + 0.0

@@ -237,6 +237,12 @@ def test_values_of_a_script_may_be_numpys(office: RGMap) -> None:
     assert moved.checked() == decode_edit(msgspec.json.encode(moved.checked()))
 
 
+def test_numbers_are_kept_as_the_document_has_them(office: RGMap) -> None:
+    edit = MoveObject(object="o1", center=(1 / 3, -1e-9, 0.5), size=(1.0, 2 / 3, 1.0), yaw=0.1 + 0.2)
+    moved = edit.apply(office).objects["o1"]
+    assert (str(moved.center), str(moved.size), moved.yaw) == ("(0.333333, 0.0, 0.5)", "(1.0, 0.666667, 1.0)", 0.3)
+
+
 def test_a_box_is_fitted_to_lines(office: RGMap) -> None:
     made = object_from_lines(office, ["l7", "l6", "l8", "l6"], height=0.9)
     assert (made.center, made.size, made.yaw) == ((1.6, 5.8, 0.45), (1.2, 0.4, 0.9), 0.0)

@@ -207,12 +207,22 @@ def test_an_edit_of_a_future_kind_needs_no_code_here() -> None:
     assert ids_of(edit) == {"r1", "r2", "l3"}
 
 
-def test_without_a_common_scan_no_place_is_guessed() -> None:
+def test_without_a_common_scan_nothing_is_guessed(office: RGMap) -> None:
     old = make_run(RGMap()).trajectory
     other = Trajectory(old.stamps + 1000.25, old.map_from_base, old.base_from_laser)
     with pytest.raises(Stale, match="share no scan"):
         carry(CARRIED[3], {"g1": "g1"}, Drift(old, other))  # type: ignore[arg-type]
-    assert carry(CARRIED[0], {"r2": "r5"}, Drift(old, other)) == RenameRegion(region="r5", name="Lab")  # type: ignore[arg-type]
+    history = step(History.of(office), Do(number=1, at=AT, edit=RenameRegion(region="r2", name="Lab")))
+    taken, lost = rebase("0001", history, office, Drift(old, other))
+    assert (taken, [str(c) for c in lost]) == ([], ["rename r2 to Lab: the two runs share no scan"])
+
+
+def test_one_stamp_for_all_scans_tells_nothing_unless_the_log_is_the_same() -> None:
+    old = make_run(RGMap()).trajectory
+    blind = Trajectory(np.zeros(40), old.map_from_base, old.base_from_laser)
+    assert Drift(blind, blind, same_log=True).known
+    assert not Drift(blind, blind).known
+    assert not Drift(blind, blind[::2], same_log=True).known
 
 
 def test_what_cannot_be_carried_is_told_and_what_follows_from_it_too(office: RGMap) -> None:
