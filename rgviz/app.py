@@ -11,29 +11,27 @@ import sys
 import threading
 import time
 import webbrowser
-from html import escape
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import viser
 
 from rgcore.config import Config
 from rgcore.errors import InputError, ProjectError, RgError
+from rgcore.exports.formats import FORMATS, render
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
-from rgviz import theme
+from rgviz import status, theme
 from rgviz.bridge import HEAD
-from rgviz.commands import COMMANDS, Command, split_key
 from rgviz.gate import File, Gate, hosts_for, link, new_token
 from rgviz.jobs import Finished, MappingJob, Report
+from rgviz.page import furnish
 from rgviz.picking import Picker
 from rgviz.scene import Scene
 from rgviz.server import close_server, open_server, patched_page
 from rgviz.session import Session, Worker
 from rgviz.view import View
-
-MEDIA = {".json": "application/json", ".glb": "model/gltf-binary", ".svg": "image/svg+xml", ".tum": "text/plain"}
 
 
 class App:
@@ -43,20 +41,19 @@ class App:
         self.host = host
         names, any_ip = hosts_for(host)
         self.gate = Gate(token or new_token(), names, any_ip, static_folder(), patched_page(theme.NAME, HEAD))
-        for ending, media in MEDIA.items():
-            self.gate.routes[f"/export/map{ending}"] = functools.partial(self._export, ending, media)
+        for ending in FORMATS:
+            self.gate.routes[f"/export/map{ending}"] = functools.partial(self._export, ending)
         self.worker = Worker()
         self.session: Session | None = None
         self.job: MappingJob | None = None
         self.failure: str | None = None
         self.views: dict[int, View] = {}
-        self._report: Report | None = None
-        self._slam_began = 0.0
+        self.pace = status.Pace()
         self._name = theme.NAME
         self._picker: Picker | None = None
         self.server = open_server(self.gate, host, port)
         self.scene = Scene(self.server)
-        self._furnish()
+        furnish(self)
 
     # ---- state that views read ----------------------------------------------------------------------------------------
 
@@ -122,14 +119,8 @@ class App:
     def status_html(self) -> str:
         """What to tell above the buttons: progress, failure, who else holds the project."""
         if self.failure is not None:
-            return f'<div class="rg"><div class="error">{escape(self.failure)}</div></div>'
-        if self.session is None:
-            return _progress_html(self._report, self._slam_began)
-        project = self.session.project
-        if project.read_only:
-            who = f" by {escape(str(project.holder))}" if project.holder else ""
-            return f'<div class="rg"><div class="error">Read-only: the project is held{who}.</div></div>'
-        return ""
+            return status.failed(self.failure)
+        return status.progress(self.pace) if self.session is None else status.held(self.session.project)
 
     # ---- on the editor's thread ---------------------------------------------------------------------------------------
 
@@ -164,11 +155,9 @@ class App:
             view.panels.refresh()
 
     def _show_report(self, report: Report) -> None:
-        if report.stage == "slam" and (self._report is None or self._report.stage != "slam"):
-            self._slam_began = time.monotonic()
-        self._report = report
+        self.pace.hear(report)
         if report.points is not None and report.path is not None:
-            self.scene.show_evidence(report.points, report.path)
+            self.scene.show_evidence(report.points, report.path, growing=True)
         if report.map is not None:
             self.scene.show(report.map)
         if report.points is not None or report.map is not None:
@@ -176,77 +165,25 @@ class App:
                 view.show_extent()
                 view.tell_labels()
 
-    def _join(self, client: viser.ClientHandle) -> None:
+    def join(self, client: viser.ClientHandle) -> None:
         with client.atomic():
             view = View(self, client)
         self.views[client.client_id] = view
 
-    def _leave(self, client: viser.ClientHandle) -> None:
+    def leave(self, client: viser.ClientHandle) -> None:
         self.views.pop(client.client_id, None)
 
-    # ---- the server's side --------------------------------------------------------------------------------------------
-
-    def _furnish(self) -> None:
-        server = self.server
-        server.gui.configure_theme(
-            titlebar_content={
-                "image": {
-                    "image_url_light": "/static/logo.svg",
-                    "image_url_dark": None,
-                    "image_alt": theme.NAME,
-                    "href": None,
-                },
-                "buttons": ({"text": "Help", "icon": "Description", "href": "/static/help.html"},),
-            },
-            control_layout="floating",
-            show_logo=False,
-            show_share_button=False,
-            brand_color=theme.PAGE_BRAND,
-        )
-        server.gui.set_panel_label("Edit")
-        server.gui.main_panel.dock_right()
-        server.gui.main_panel.set_width(330)
-        camera = server.initial_camera
-        camera.position, camera.look_at, camera.up = (0.0, -0.01, 200.0), (0.0, 0.0, 0.0), (0.0, 0.0, 1.0)
-        camera.fov, camera.near, camera.far = 0.1, 10.0, 1000.0
-        for command in COMMANDS:
-            for key in command.keys or (None,):
-                self._register(command, key)
-
-        @server.scene.on_click()  # type: ignore[arg-type]
-        async def _(event: Any) -> None:
-            self._post(event.client_id, lambda view: view.click(event))
-
-        @server.scene.on_click(modifier="shift")  # type: ignore[arg-type]
-        async def _(event: Any) -> None:
-            self._post(event.client_id, lambda view: view.click(event, add=True))
-
-        @server.on_client_connect
-        async def _(client: viser.ClientHandle) -> None:
-            self.worker.post(self._join, client)
-
-        @server.on_client_disconnect
-        async def _(client: viser.ClientHandle) -> None:
-            self.worker.post(self._leave, client)
-
-    def _register(self, command: Command, key: str | None) -> None:
-        letter, modifier = split_key(key) if key else (None, None)
-        entry = self.server.gui.add_command(command.title, hotkey=letter, modifier=modifier)  # type: ignore[arg-type]
-
-        @entry.on_trigger
-        async def _(event: Any) -> None:
-            self._post(event.client_id, command.run)
-
-    def _post(self, client_id: int, task: Any) -> None:
+    def ask(self, client_id: int, task: Callable[[View], None]) -> None:
+        """Let the editor's thread do something for the browser that asked."""
         view = self.views.get(client_id)
         if view is not None:
             view.post(task, view)
 
-    def _export(self, ending: str, media: str, _query: dict[str, str]) -> File:
-        from rgcore.exports.formats import render
-
+    def _export(self, ending: str, _query: dict[str, str]) -> File:
+        """A download, on a worker thread of the server: the map of this moment is a value, so no edit disturbs it."""
         project = self.opened.project
-        return File(render(ending, project.map, project.trajectory), media, f"{self._name}{ending}")
+        body = render(ending, project.map, project.trajectory)
+        return File(body, FORMATS[ending].media_type, f"{self._name}{ending}")
 
 
 def view(
@@ -289,35 +226,3 @@ def static_folder() -> Path:
     """``static/`` of the installed package, or of the checkout."""
     here = Path(__file__).parent
     return here / "static" if (here / "static").is_dir() else here.parent / "static"
-
-
-STAGE_TITLES = {
-    "read": "Reading the log",
-    "extract": "Finding segments",
-    "slam": "Finding the robot's way",
-    "freespace": "Seeing free space",
-    "places": "Finding regions and gateways",
-    "lines": "Merging lines",
-    "accuracy": "Measuring accuracy",
-    "classes": "Telling classes",
-    "objects": "Finding objects",
-    "save": "Writing the project",
-}
-
-
-def _progress_html(report: Report | None, slam_began: float) -> str:
-    if report is None:
-        return '<div class="rg">Starting ...</div>'
-    share = report.done / report.total if report.total else 0.0
-    title = STAGE_TITLES.get(report.stage, report.stage)
-    stages = list(STAGE_TITLES)
-    number = stages.index(report.stage) + 1 if report.stage in stages else 0
-    rate = ""
-    if report.stage == "slam" and report.done and (took := time.monotonic() - slam_began) > 0.3:
-        rate = f", {report.done / took:,.0f} scans/s"
-    color = theme.css(theme.BRAND)
-    return (
-        f'<div class="rg" id="rg-progress"><div class="rg-h">Mapping<small>step {number} of {len(stages)}</small></div>{escape(title)}'
-        f'<span class="muted"> {100 * share:.0f} %{rate}</span>'
-        f'<div class="bar"><i style="width:{100 * share:.0f}%;background:{color}"></i></div></div>'
-    )

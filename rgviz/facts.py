@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from html import escape
 
 import numpy as np
@@ -151,10 +151,11 @@ def keys() -> str:
     return wrap("<table>" + "".join(f"<tr><td>{k}</td><td>{t}</td></tr>" for k, t in rows) + "</table>")
 
 
-def downloads(name: str, endings: Iterable[tuple[str, str]]) -> str:
+def downloads(name: str, endings: Mapping[str, str]) -> str:
+    """Links to the exports, by ending and title."""
     links = "".join(
         f'<a class="file" href="/export/map{end}" download="{escape(name, quote=True)}{end}" title="{escape(why, quote=True)}">{end[1:].upper()}</a>'
-        for end, why in endings
+        for end, why in endings.items()
     )
     return wrap(links)
 

@@ -6,19 +6,19 @@ import numpy as np
 
 from rgcore.model.records import MapObject, RGMap
 from rgviz import theme
-from rgviz.layers import BOX_EDGES, Artist, Drawings, Faces, Strokes, object_corners
+from rgviz.layers import BOX_EDGES, Artist, Drawings, Faces, Strokes, node_name, object_corners
 from rgviz.picking import Item
 
 
 def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
-    """Outlines and lines of the selected items, and a tint on selected floors."""
+    """Outlines and lines of the selected items; selected floors are twice as strong."""
     strokes: list[np.ndarray] = []
-    floors: list[np.ndarray] = []
+    floors: dict[str, list[np.ndarray]] = {}
     for i in items:
         if i.kind == "region":
             r = map_.regions[i.id]
             strokes += [_ring(ring) for ring in (r.boundary, *r.holes)]
-            floors.append(artist.floor(r).reshape(-1, 2))
+            floors.setdefault(r.class_, []).append(artist.floor(r).reshape(-1, 2))
         elif i.kind == "gateway":
             strokes.append(_raised(np.array([map_.gateways[i.id].posts])))
         elif i.kind == "line":
@@ -28,11 +28,12 @@ def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
     out: Drawings = {}
     if strokes:
         out["strokes"] = Strokes(np.concatenate(strokes).astype(np.float32), theme.SELECTION, theme.SELECTION_WIDTH)
-    if floors:
-        corners = np.concatenate(floors)
+    for class_, parts in floors.items():
+        corners = np.concatenate(parts)
         flat = np.full((len(corners), 3), theme.Z_FLOOR + 0.005, np.float32)
         flat[:, :2] = corners
-        out["floors"] = Faces(flat, np.arange(len(flat)).reshape(-1, 3), theme.SELECTION, 0.12)
+        faces = np.arange(len(flat)).reshape(-1, 3)
+        out[node_name(class_)] = Faces(flat, faces, theme.class_color(class_), theme.FLOOR_OPACITY)
     return out
 
 

@@ -6,7 +6,7 @@ that it names in ``reads`` has changed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -128,7 +128,9 @@ def _lines(map_: RGMap, artist: Artist) -> Drawings:
 
 
 def _walls(map_: RGMap, _: Artist) -> Drawings:
-    ends = np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2, 2)
+    """Lines raised to walls, but for those that an object explains."""
+    furniture = {i for o in map_.objects.values() for i in o.lines}
+    ends = np.array([(v.start, v.end) for k, v in map_.lines.items() if k not in furniture]).reshape(-1, 2, 2)
     low, high = _at(ends, 0.0), _at(ends, theme.WALL_HEIGHT)
     corners = np.stack([low[:, 0], low[:, 1], high[:, 1], high[:, 0]], 1).reshape(-1, 3)
     first = 4 * np.arange(len(ends))[:, None, None]
@@ -205,7 +207,7 @@ LAYERS: tuple[Layer, ...] = (
     Layer("/trajectory", "Trajectory", _reads(), _trajectory, shown=False),
     Layer("/boxes", "Boxes", _reads("regions"), _boxes, shown=False, hint="all possible robot positions"),
     Layer("/axes", "Main axes", _reads("regions"), _axes, shown=False),
-    Layer("/walls", "Walls (3D)", _reads("lines"), _walls, shown=False, hint="lines raised to the height of a storey"),
+    Layer("/walls", "Walls (3D)", _reads("lines", "objects"), _walls, shown=False, hint="lines raised"),
 )
 
 BOX_FACES = np.array(
@@ -233,13 +235,23 @@ def node_name(text: str) -> str:
     return "c" + "".join(ch if ch.isascii() and ch.isalnum() else f"_{ord(ch):x}_" for ch in text)
 
 
+def growing_path(trajectory: np.ndarray) -> Drawings:
+    """The robot's way so far and where it is now, while a log is mapped."""
+    path = _at(trajectory, theme.Z_TRAJECTORY)
+    return {
+        "path": Strokes(np.stack([path[:-1], path[1:]], 1), theme.BRAND, theme.LINE_WIDTH),
+        "robot": Dots(_at(trajectory[-1:], theme.Z_MARK), theme.GATEWAY, 0.5, "circle"),
+    }
+
+
 def extent(map_: RGMap, artist: Artist) -> np.ndarray:
-    """(2, 2) lower left and upper right of all there is to see [m]."""
-    parts = [np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2)]
-    parts += [np.asarray(r.boundary) for r in map_.regions.values()]
-    if not any(len(p) for p in parts):
-        parts += [artist.points, artist.trajectory]
-    return bounds(np.concatenate([np.asarray(p, float).reshape(-1, 2) for p in parts]))
+    """(2, 2) lower left and upper right of the map [m]: its regions and their lines, else whatever there is to see.
+
+    A few lines that no region claims, seen through a window, do not shrink the view of all the others.
+    """
+    parts = [np.asarray(r.boundary) for r in map_.regions.values()]
+    parts += [np.array([v.start, v.end]) for v in map_.lines.values() if v.regions or not map_.regions]
+    return bounds(np.concatenate(parts or [np.asarray(artist.points, float), np.asarray(artist.trajectory, float)]))
 
 
 def bounds(points: np.ndarray) -> np.ndarray:

@@ -7,8 +7,9 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from rgcore.errors import EditError
+from rgcore.exports.formats import FORMATS
 from rgcore.model.records import GATEWAY_CLASSES, REGION_CLASSES, MapObject
-from rgviz import facts
+from rgviz import facts, status
 from rgviz.commands import BY_NAME, spoken
 from rgviz.layers import LAYERS
 from rgviz.picking import Item
@@ -17,12 +18,6 @@ if TYPE_CHECKING:
     from rgviz.view import View
 
 OTHER = "another class ..."
-ENDINGS = (
-    (".json", "the map, with its schema"),
-    (".glb", "3D model: walls, floors, gateways, objects"),
-    (".svg", "drawing"),
-    (".tum", "trajectory"),
-)
 Committed = Callable[[str], None]
 """Called with the finished text of a field."""
 
@@ -34,6 +29,7 @@ class Panels:
         self.view, self.gui = view, view.client.gui
         self.new_height = 1.0
         self._shown: tuple[Item, ...] | None = None
+        self._open = False
         self._parts: list[Any] = []
         self._fields: dict[str, tuple[Any, Committed]] = {}
         self._refreshers: list[Callable[[], None]] = []
@@ -55,10 +51,11 @@ class Panels:
             key = spoken(BY_NAME[name].keys[0])
             button.label = f"{BY_NAME[name].title}: {title}" if title else f"{BY_NAME[name].title} ({key})"
             button.disabled = title is None or app.read_only
+            button.visible = app.session is not None
         self._status.content = app.status_html()
         self._legend.content = facts.legend(self.view.map)
         self._downloads.visible = app.session is not None
-        if self._shown == self.view.selection:
+        if (self._shown, self._open) == (self.view.selection, app.session is not None):
             for refresh in self._refreshers:
                 refresh()
         else:
@@ -69,9 +66,11 @@ class Panels:
         for part in self._parts:
             part.remove()
         self._parts, self._fields, self._refreshers, self._name = [], {}, [], None
-        self._shown = self.view.selection
+        self._shown, self._open = self.view.selection, self.view.app.session is not None
         with self._inspector:
-            if not self._shown:
+            if self.view.app.session is None:
+                self._html(lambda: status.waiting(self.view.app.title, self.view.app.pace))
+            elif not self._shown:
                 self._html(lambda: facts.overview(self.view.map, self.view.app.title))
                 self._add(self.gui.add_folder("Keys", expand_by_default=False))
                 with self._parts[-1]:
@@ -121,7 +120,7 @@ class Panels:
                 self._legend = self.gui.add_html("")
             self._downloads = self.gui.add_folder("Download")
             with self._downloads:
-                self.gui.add_html(facts.downloads(self.view.app.title, ENDINGS))
+                self.gui.add_html(facts.downloads(self.view.app.title, {k: f.title for k, f in FORMATS.items()}))
         panel.dock_left()
         panel.set_width(250)
 

@@ -9,7 +9,7 @@ import viser
 
 from rgcore.model.records import RGMap
 from rgviz import theme
-from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, bounds, extent
+from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, extent, growing_path
 
 TABLES = ("lines", "regions", "gateways", "objects")
 
@@ -56,6 +56,7 @@ class Scene:
         # light from everywhere and from above: a floor gets exactly its colour, walls are shaded
         scene.add_light_ambient("/light/sky", intensity=0.62 * np.pi)
         scene.add_light_directional("/light/sun", intensity=0.38 * np.pi / SUN[2], position=tuple(10 * SUN))
+        self._growing = Canvas(scene, "/growing")
         self.layers: dict[str, Canvas] = {}
         for layer in LAYERS:
             scene.add_frame(layer.name, show_axes=False, visible=layer.shown)
@@ -66,10 +67,11 @@ class Scene:
         """(2, 2) lower left and upper right of what there is to see [m]."""
         return extent(self.map or RGMap(), self.artist)
 
-    def show_evidence(self, points: np.ndarray, trajectory: np.ndarray) -> None:
-        """Points (K, 2) and path (N, 2) [m] in the map frame."""
+    def show_evidence(self, points: np.ndarray, trajectory: np.ndarray, growing: bool = False) -> None:
+        """Points (K, 2) and path (N, 2) [m] in the map frame; while they are ``growing`` the path is always shown."""
         self.artist.points, self.artist.trajectory = points, trajectory
         self._redraw([layer for layer in LAYERS if not layer.reads])
+        self._growing.draw(growing_path(trajectory) if growing else {})
 
     def show(self, map_: RGMap) -> list[str]:
         """Show this map; the names of the layers that were drawn anew."""
@@ -136,6 +138,3 @@ def _add(scene: viser.SceneApi, name: str, drawing: Drawing) -> Any:
         cast_shadow=False,
         receive_shadow=False,
     )
-
-
-__all__ = ["Canvas", "Scene", "bounds"]

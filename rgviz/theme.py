@@ -27,8 +27,8 @@ WALL: RGB = (206, 209, 214)
 SELECTION: RGB = (236, 0, 120)
 
 FLOOR_OPACITY = 0.30
-WALL_HEIGHT = 2.5
-"""m, of walls in the 3D view: a 2D laser cannot see heights, so that of a usual storey"""
+WALL_HEIGHT = 1.2
+"""m, of walls in the 3D view: cut low, as in an architect's model, so that one sees into the rooms"""
 
 # Heights of the layers over the floor [m]: they tell the renderer what lies on top when seen from above.
 Z_FLOOR, Z_POINTS, Z_OUTLINE, Z_BOX, Z_TRAJECTORY, Z_LINE, Z_GATEWAY, Z_MARK, Z_SELECTION = (

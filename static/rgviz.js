@@ -52,7 +52,7 @@
     const flat = state.mode === "2d", w = x1 - x0, h = y1 - y0;
     const usable = [r.width - 48, r.height - 72];  // px left around the map: scale bar below, a rim elsewhere
     const perPixel = Math.max(w / usable[0], h / usable[1]);
-    const distance = flat ? (perPixel * r.height) / 2 / half : (Math.hypot(w, h) / 2 / half) * Math.max(1, r.height / r.width);
+    const distance = ((flat ? 1 : 1.15) * perPixel * r.height) / 2 / half;
     const target = toThree((x0 + x1) / 2, (y0 + y1) / 2 - (flat ? 12 * perPixel : 0), 0);
     c.rotateTo(north(), flat ? 0 : 0.27 * Math.PI, false);
     c.dollyTo(distance, false);
@@ -66,6 +66,7 @@
     setMode(mode);
     c.rotateTo(mode === "2d" ? north() : c.azimuthAngle, mode === "2d" ? 0 : 0.27 * Math.PI, false);
     c.dollyTo(wide / Math.tan((v.camera.fov * Math.PI) / 360), false);
+    if (!state.touched) fit(state.extent);
     v.requestRender();
   }
 
@@ -241,11 +242,12 @@
     selected: (m) => { state.selected = new Set(m.ids); },
     fit: (m) => { state.touched = Boolean(m.extent); fit(m.extent || state.extent); },
     view: (m) => { view(m.mode); },
-    focus: (m) => {
+    focus: (m, tries = 20) => {
       const label = document.querySelector(`label[for="${CSS.escape(m.field)}"]`);
       let box = label && label.parentElement;
       while (box && !box.querySelector("input")) box = box.parentElement;
       if (box) { box.querySelector("input").focus(); box.querySelector("input").select(); }
+      else if (tries) setTimeout(() => handlers.focus(m, tries - 1), 25);   // the field may not be on the page yet
     },
     title: (m) => { document.title = m.text; },
   };
