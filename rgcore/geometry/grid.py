@@ -109,19 +109,6 @@ def fill_polygons(mask: np.ndarray, polygons: list[np.ndarray], value: bool) -> 
     return image > 0
 
 
-def outlines(mask: np.ndarray) -> list[tuple[np.ndarray, list[np.ndarray]]]:
-    """Outer ring and holes of each piece of a mask, as rings (n, 2) of border *cells* (ix, iy)."""
-    contours, tree = cv2.findContours(mask.astype(np.uint8), cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    rings = [c[:, 0].astype(float) for c in contours]
-    if tree is None:
-        return []
-    return [
-        (rings[i], [rings[j] for j in range(len(rings)) if tree[0, j, 3] == i])
-        for i in range(len(rings))
-        if tree[0, i, 3] < 0
-    ]
-
-
 @numba.njit(cache=True, nogil=True)
 def reach(free: np.ndarray, starts: np.ndarray, directions: np.ndarray, limit: float) -> np.ndarray:
     """How far (K,) one comes in free cells from ``starts`` (K, 2) along unit ``directions`` (K, 2), at most ``limit``.

@@ -6,24 +6,21 @@ import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
 
-from rgcore.geometry.grid import Grid, outlines
+from rgcore.geometry.grid import Grid
 
 Ring = tuple[tuple[float, float], ...]
 """A closed ring of points [m], the first not repeated; outlines run counter-clockwise, holes clockwise."""
 
 
 def from_mask(mask: Grid) -> list[Polygon]:
-    """Polygons that cover the cells of a mask, largest first, in metres."""
-    half = 0.5 * mask.resolution
-    found = []
-    for outer, holes in outlines(mask.values):
-        # rings run through the centres of border cells, of holes through those of the cells around them
-        rings = [mask.centers(r) for r in [outer, *holes]]
-        solid = shapely.linestrings(np.concatenate([rings[0], rings[0][:1]])).buffer(half, join_style="mitre")
-        solid = Polygon(solid.exterior)
-        gaps = [Polygon(r).buffer(-half, join_style="mitre") for r in rings[1:] if len(r) >= 4]
-        found += _parts(solid.difference(shapely.union_all(gaps)) if gaps else solid)
-    return sorted(found, key=lambda p: -p.area)
+    """Polygons that cover the cells of a mask exactly, largest first, in metres."""
+    cells = np.asarray(mask.values) != 0
+    edge = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    (row, start), (_, end) = np.nonzero(edge == 1), np.nonzero(edge == -1)
+    low = mask.origin + mask.resolution * np.stack([start, row], 1)
+    high = mask.origin + mask.resolution * np.stack([end, row + 1], 1)
+    runs = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    return sorted(_parts(shapely.union_all(runs)), key=lambda p: -p.area)
 
 
 def simplify(polygon: Polygon, tolerance: float) -> Polygon:

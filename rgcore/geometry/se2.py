@@ -1,6 +1,6 @@
 """Planar poses: arrays (..., 3) of x [m], y [m], theta [rad], theta in (-pi, pi].
 
-A pose named ``a_from_b`` maps coordinates in frame b to frame a, so names chain: ``a_from_c = compose(a_from_b, b_from_c)``.
+A pose ``a_from_b`` maps coordinates in frame b to frame a; names chain: ``a_from_c = compose(a_from_b, b_from_c)``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,12 @@ def compose(a_from_b: np.ndarray, b_from_c: np.ndarray) -> np.ndarray:
     p, q = np.asarray(a_from_b, float), np.asarray(b_from_c, float)
     c, s = np.cos(p[..., 2]), np.sin(p[..., 2])
     return np.stack(
-        [p[..., 0] + c * q[..., 0] - s * q[..., 1], p[..., 1] + s * q[..., 0] + c * q[..., 1], wrap(p[..., 2] + q[..., 2])], -1
+        [
+            p[..., 0] + c * q[..., 0] - s * q[..., 1],
+            p[..., 1] + s * q[..., 0] + c * q[..., 1],
+            wrap(p[..., 2] + q[..., 2]),
+        ],
+        -1,
     )
 
 

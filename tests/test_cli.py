@@ -1,0 +1,165 @@
+"""The command line, run as a user runs it."""
+
+from __future__ import annotations
+
+import gzip
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rgviz.demo import LOG, PLAN
+
+
+def rgviz(*args: object, cwd: Path | None = None, stdin: str | None = None) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-m", "rgviz.cli", *map(str, args)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, input=stdin, timeout=240)
+
+
+@pytest.fixture(scope="module")
+def short_log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first scans of the demo log, plain text."""
+    path = tmp_path_factory.mktemp("logs") / "short.log"
+    lines = gzip.decompress(LOG.read_bytes()).decode().splitlines(keepends=True)
+    path.write_text("".join(lines[:420]), encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def project(short_log: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("projects") / "short.rg"
+    done = rgviz("run", short_log, "-o", path)
+    assert done.returncode == 0, done.stderr
+    assert "regions" in done.stdout
+    return path
+
+
+def test_help_answers_in_under_0_3_s() -> None:
+    took = []
+    for _ in range(5):
+        began = time.perf_counter()
+        done = rgviz("--help")
+        took.append(time.perf_counter() - began)
+        assert "measure" in done.stdout
+    assert statistics.median(took) < 0.3
+
+
+def test_a_log_becomes_a_map_in_every_format(project: Path, tmp_path: Path) -> None:
+    for ending in ("json", "glb", "svg", "tum"):
+        out = tmp_path / f"map.{ending}"
+        done = rgviz("export", project, out)
+        assert done.returncode == 0, done.stderr
+        assert out.stat().st_size > 1000
+    m = json.loads((tmp_path / "map.json").read_text(encoding="utf-8"))
+    assert m["format"] == "rgmap"
+    assert m["stats"]["lines"] == len(m["lines"]) > 5
+    assert len(np.loadtxt(tmp_path / "map.tum")) == m["stats"]["scans"] == 418
+
+
+def test_measure_tells_the_paper_s_table(project: Path) -> None:
+    done = rgviz("measure", project, "--json")
+    figures = json.loads(done.stdout)
+    assert figures["reduction"] == pytest.approx(figures["segments"] / figures["lines"], abs=0.01)
+    assert 0 < figures["accuracy"] < 1
+    assert figures["regions"]
+    assert "accuracy" in rgviz("measure", project).stdout
+
+
+def test_edits_are_applied_and_a_wrong_one_is_named(project: Path, tmp_path: Path) -> None:
+    first = json.loads(rgviz("measure", project, "--json").stdout)["regions"][0]["id"]
+    edits = tmp_path / "edits.jsonl"
+    edits.write_text(
+        json.dumps({"edit": "RenameRegion", "region": first, "name": "Reception"})
+        + "\n"
+        + json.dumps({"edit": "RenameRegion", "region": "r999", "name": "Nowhere"})
+        + "\n",
+        encoding="utf-8",
+    )
+    done = rgviz("edit", project, edits)
+    assert done.returncode == 1
+    assert "edits.jsonl:2" in done.stderr
+    assert "r999" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert json.loads(rgviz("measure", project, "--json").stdout)["regions"][0]["name"] == "Reception"
+
+
+def test_a_new_run_keeps_the_corrections(short_log: Path, project: Path, tmp_path: Path) -> None:
+    first = json.loads(rgviz("measure", project, "--json").stdout)["regions"][0]["id"]
+    edit = json.dumps({"edit": "RenameRegion", "region": first, "name": "Kept"})
+    assert rgviz("edit", project, "-", stdin=edit).returncode == 0
+    done = rgviz("run", short_log, "-o", project, "--set", "lines.gap=0.3")
+    assert done.returncode == 0, done.stderr
+    assert "Kept" in [r["name"] for r in json.loads(rgviz("measure", project, "--json").stdout)["regions"]]
+
+
+def test_simulate_writes_a_log_and_its_truth(tmp_path: Path) -> None:
+    done = rgviz("simulate", PLAN, "-o", tmp_path / "drive.log.gz", "--seed", "3")
+    assert done.returncode == 0, done.stderr
+    assert {"drive.log.gz", "drive.truth.json", "drive.poses.tum"} <= {p.name for p in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (("run", "absent.log"), "absent.log"),
+        (("run", "folder"), "folder"),
+        (("run", "empty.log"), "empty.log"),
+        (("run", "junk.log"), "junk.log"),
+        (("run", "cut.log.gz"), "cut.log.gz"),
+        (("run", "short.log", "--set", "slam.max_range=-1"), "slam.max_range"),
+        (("run", "short.log", "--config", "absent.toml"), "absent.toml"),
+        (("view", "absent.rg", "--no-browser"), "absent.rg"),
+        (("measure", "absent.rg"), "absent.rg"),
+        (("export", "absent.rg", "x.json"), "absent.rg"),
+        (("edit", "absent.rg", "x.jsonl"), "x.jsonl"),
+    ],
+    ids=lambda x: " ".join(x) if isinstance(x, tuple) else "",
+)
+def test_bad_input_gets_one_line_that_names_it(
+    args: tuple[str, ...], words: str, short_log: Path, tmp_path: Path
+) -> None:
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "empty.log").touch()
+    (tmp_path / "junk.log").write_bytes(bytes(range(256)) * 20)
+    (tmp_path / "cut.log.gz").write_bytes(LOG.read_bytes()[:5000])
+    (tmp_path / "short.log").write_bytes(short_log.read_bytes())
+    done = rgviz(*args, cwd=tmp_path)
+    assert done.returncode == 1, done.stdout
+    errors = [line for line in done.stderr.splitlines() if line.startswith("rgviz: ")]
+    assert len(errors) == 1
+    assert words in errors[0]
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.glob("*.rg"))
+
+
+def test_an_unknown_ending_lists_the_known_ones(project: Path, tmp_path: Path) -> None:
+    done = rgviz("export", project, tmp_path / "map.xyz")
+    assert done.returncode == 1
+    assert ".json" in done.stderr
+
+
+def test_usage_errors_exit_with_2() -> None:
+    assert rgviz("run").returncode == 2
+    assert rgviz("fly").returncode == 2
+
+
+def test_ctrl_c_leaves_no_half_project(tmp_path: Path) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-m", "rgviz.cli", "run", str(LOG), "-o", str(tmp_path / "half.rg")],
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=os.setsid,
+    )
+    time.sleep(3.0)
+    os.killpg(child.pid, signal.SIGINT)
+    _, err = child.communicate(timeout=60)
+    assert child.returncode == 130, err
+    assert "Traceback" not in err
+    assert not list(tmp_path.iterdir())
