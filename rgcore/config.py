@@ -85,6 +85,7 @@ class Places(Settings):
     max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 5.0
     clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
     min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.5
+    furniture: Annotated[float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)] = 3.0
     snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
     split_hallways: Annotated[bool, setting("-", "hallways that bend or cross stay one region; true cuts them at junctions")] = False
     min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 1.5

@@ -105,7 +105,7 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
     t, depth, x = f.thickness, float(rng.uniform(2.5, 7)), x0
     before = False
     while x1 - x > 1.6:
-        w = float(min(rng.uniform(1.6, 7), x1 - x))
+        w = float(min(rng.uniform(0.95, 2) if rng.random() < 0.2 else rng.uniform(1.6, 7), x1 - x))
         if x1 - x - w < 1.6 + t:
             w = x1 - x
         d = depth if rng.random() < 0.7 else float(rng.uniform(1.2, 7))
@@ -116,7 +116,7 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
             if w > 4.5 and d > 3.5 and rng.random() < 0.15:
                 gap = float(rng.uniform(2.4, min(4.9, 0.8 * w)))
                 at = x + float(rng.uniform(0.2, w - gap - 0.2))
-                f.door((at, wall), (at + gap, wall), "opening")
+                f.door((at, wall), (at + gap, wall))
             elif rng.random() < 0.88:
                 gap = _door_width(rng, w)
                 corner = float(rng.uniform(0, 0.3))
@@ -128,9 +128,24 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
             at = float(rng.uniform(0, min(2.0, d) - gap))
             y = edge + side * at if side > 0 else edge - at - gap
             f.door((x - t / 2, y), (x - t / 2, y + gap))
+        if d > 3 and w > 1.2 and rng.random() < 0.2:
+            _closet(f, rng, (x, y0, x + w, y1), side)
         before = True
         x += w + t
     _thin_out(f)
+
+
+def _closet(f: Floor, rng: np.random.Generator, room: Rect, side: int) -> None:
+    """The far end of the last room becomes a room of its own, with a door between them."""
+    t = f.thickness
+    x0, y0, x1, y1 = f.rooms.pop()
+    deep = float(rng.uniform(0.9, 0.5 * (y1 - y0)))
+    wall = y1 - deep if side > 0 else y0 + deep
+    f.rooms.append((x0, y0, x1, wall - t / 2) if side > 0 else (x0, wall + t / 2, x1, y1))
+    f.rooms.append((x0, wall + t / 2, x1, y1) if side > 0 else (x0, y0, x1, wall - t / 2))
+    gap = _door_width(rng, x1 - x0)
+    at = float(rng.uniform(x0, x1 - gap))
+    f.door((at, wall), (at + gap, wall))
 
 
 def _mirror(f: Floor, rng: np.random.Generator, wide: float, since: tuple[int, int, int]) -> None:
@@ -196,15 +211,11 @@ def _furnish(f: Floor, rng: np.random.Generator, room: Rect) -> None:
         _block(f, x0 + x, y0 + y, *size, 0.0)
     if hall:
         return
-    for _ in range(rng.poisson(0.05 * area)):
-        _block(
-            f,
-            rng.uniform(x0, x1),
-            rng.uniform(y0, y1),
-            rng.uniform(0.4, 1.8),
-            rng.uniform(0.4, 0.9),
-            rng.normal(0, 0.4),
-        )
+    messy = rng.random() < 0.3
+    for _ in range(rng.poisson((0.15 if messy else 0.05) * area)):
+        turn = rng.uniform(0, np.pi) if messy else rng.normal(0, 0.1)
+        long, deep = rng.uniform(0.4, 2.4), rng.uniform(0.4, 0.9)
+        _block(f, rng.uniform(x0, x1), rng.uniform(y0, y1), long, deep, turn)
     for _ in range(rng.poisson(0.02 * area)):
         _block(f, rng.uniform(x0, x1), rng.uniform(y0, y1), 0.06, rng.uniform(0.8, 2.5), rng.choice([0, np.pi / 2]))
     for _ in range(rng.poisson(0.08 * area)):

@@ -6,7 +6,7 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.geometry import polygons, se2
-from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode, grow
+from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode, grow, reach
 from rgcore.places.chords import find_chords
 from rgcore.places.freespace import FreeSpace
 from rgcore.places.gateways import KINDS, Hypotheses, judge, point
@@ -19,31 +19,53 @@ MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
 """A cell is free if that many beams went through it and at most this share of all its beams ended in it."""
 
 
-FULL_WIDTH = 0.8
-"""A cut of at least this share of a hallway's width is no narrowing of it."""
-
-ELONGATED = 2.5
-"""Area over squared width from which on a piece is a hallway, straight or bent."""
+NO_ROOM, ROOM = 1.2, 1.9
+"""A gap in a wall with nothing wider near it than so many times its width only divides a hallway; and so does a
+hallway's mouth unless something as wide as a room lies behind it."""
 
 
 def find_places(
     free: FreeSpace, log: ScanLog, trajectory: Trajectory, segments: Segments, settings: Settings
 ) -> Places:
     """Cut the free space at its gateways; what is left in one piece is a region."""
-    open_ = open_space(free, settings)
+    open_, furniture = open_space(free, settings)
     found = judge(find_chords(open_, free.resolution, settings), free.resolution, settings)
     labels, cuts = cut(open_, found, free.resolution, settings)
+    labels[furniture] = -1
     return _places(free.grid(labels), found[np.array(cuts, int)], trajectory, settings)
 
 
-def open_space(free: FreeSpace, settings: Settings) -> np.ndarray:
-    """Mask (H, W) of the free space, with the small free-standing things in it taken away."""
+def open_space(free: FreeSpace, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+    """Masks (H, W) of the free space without the things that stand in it, and of the larger ones of those things.
+
+    A gap beside a thing that stands free is no gateway, so both small clutter and free-standing furniture are taken
+    away; but not a thin piece in line with other walls, which is the wall between two doors.
+    """
     total = free.hits + free.passes
     mask = (free.passes >= MIN_PASSES) & (free.hits <= MAX_HIT_SHARE * total)
     labels, stats = components(~mask, diagonal=True)
-    small = np.hypot(stats[:, 2], stats[:, 3]) * free.resolution < settings.clutter
-    small[0] = False
-    return mask | small[labels]
+    size = np.hypot(stats[:, 2], stats[:, 3]) * free.resolution
+    small, furniture = size < settings.clutter, (size >= settings.clutter) & (size < settings.furniture)
+    small[0] = furniture[0] = False
+    for i in np.nonzero(furniture)[0]:
+        x, y, w, h, _ = stats[i]
+        furniture[i] = not _wall_piece(
+            mask, np.argwhere(labels[y : y + h, x : x + w] == i)[:, ::-1] + [x, y], free.resolution
+        )
+    return mask | (small | furniture)[labels], furniture[labels]
+
+
+def _wall_piece(mask: np.ndarray, cells: np.ndarray, resolution: float) -> bool:
+    """Whether cells (n, 2) are thin and meet something else in line beyond both of their ends."""
+    centre = cells.mean(0)
+    _, axes = np.linalg.eigh(np.cov((cells - centre).T) + 1e-6 * np.eye(2))
+    along = (cells - centre) @ axes[:, 1]
+    length = np.ptp(along) + 1
+    if len(cells) / length * resolution > 0.35:
+        return False
+    ends = centre + 0.5 + np.outer([along.min() - 2, along.max() + 2], axes[:, 1])
+    way = reach(mask, ends, np.stack([-axes[:, 1], axes[:, 1]]), 3.0 / resolution)
+    return bool((way * resolution < 2.6).all())
 
 
 def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Settings) -> tuple[np.ndarray, list[int]]:
@@ -55,9 +77,11 @@ def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Setti
     """
     walls = draw_lines(open_.shape, found.posts[:, 0], found.posts[:, 1], 2)
     labels = _pieces(open_ & ~walls, round(0.5 * settings.min_gateway / resolution) - 1)
-    pieces = Pieces(labels, resolution, clearance(open_ | walls)[0])
+    pieces = Pieces(labels, resolution)
     cuts = list(range(len(found)))
-    width = np.hypot(*(found.posts[:, 1] - found.posts[:, 0]).T) * resolution
+    distance = clearance(open_)[0]
+    limit = np.where(found.kind == KINDS.index("opening"), ROOM, NO_ROOM)
+    room = [_room_ahead(labels, distance, p, _sides(labels, p)) for p in found.posts]
     while True:
         sides = {k: _sides(pieces.labels, found.posts[k]) for k in cuts}
         cuts = [k for k in cuts if sides[k][0] != sides[k][1] and min(sides[k]) >= 0]
@@ -71,11 +95,7 @@ def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Setti
             i = min(alone, key=lambda i: pieces.area[i])
             pieces.join(i, int(pieces.contact[i].argmax()))
             continue
-        same = (
-            []
-            if settings.split_hallways
-            else [(-width[k], k) for k in cuts if _one_hallway(pieces, sides[k], width[k])]
-        )
+        same = [] if settings.split_hallways else [(room[k], k) for k in cuts if room[k] < limit[k]]
         if not same:
             break
         pieces.join(*sides[min(same)[1]])
@@ -85,29 +105,29 @@ def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Setti
     return _fill(renumber[pieces.labels], walls & open_), cuts
 
 
-def _one_hallway(pieces: Pieces, sides: tuple[int, int], width: float) -> bool:
-    """Whether a cut only divides a hallway: it is hardly narrower than what lies on both of its sides."""
-    across = pieces.width[list(sides)]
-    long = pieces.area[list(sides)] / across**2
-    if width < FULL_WIDTH * across.min():
-        return False
-    stub = int(across.argmin())
-    return bool((long > ELONGATED).all() and width > 0.6 * across.max()) or bool(
-        long[stub] < 1.5 and across[stub] < 3.5 and long[1 - stub] > ELONGATED
-    )
+def _room_ahead(labels: np.ndarray, distance: np.ndarray, posts: np.ndarray, sides: tuple[int, int]) -> float:
+    """How much wider than a cut the free space near it gets, on the side where it gets wider: 1 in a plain hallway.
+
+    The width is that of the largest disc with its centre within one and a half widths of the cut.
+    """
+    middle = (posts[0] + posts[1]) / 2
+    gap = float(np.hypot(*(posts[1] - posts[0])))
+    r = int(1.5 * gap) + 1
+    x, y = int(middle[0]), int(middle[1])
+    window = np.s_[max(0, y - r) : y + r + 1, max(0, x - r) : x + r + 1]
+    own = np.isin(labels[window], sides)
+    return float(2 * distance[window][own].max(initial=0.0) / max(gap - 1, 1.0))
 
 
 class Pieces:
-    """Pieces of the free space while they are being joined: labels (H, W), and by label: area [m2], width [m] of the
-    largest disc inside, and length of the contact of each two [cells]."""
+    """Pieces of the free space while they are being joined: labels (H, W), and by label: area [m2] and length of
+    the contact of each two [cells]."""
 
-    def __init__(self, labels: np.ndarray, resolution: float, distance: np.ndarray) -> None:
+    def __init__(self, labels: np.ndarray, resolution: float) -> None:
         count = int(labels.max()) + 1
         inside = labels >= 0
         self.labels = labels
         self.area = np.bincount(labels[inside], minlength=count) * resolution**2
-        self.width = np.zeros(count)
-        np.maximum.at(self.width, labels[inside], 2 * resolution * distance[inside])
         self.contact = _contacts(labels, count)
 
     def join(self, a: int, b: int) -> None:
@@ -115,7 +135,6 @@ class Pieces:
         small, large = (a, b) if self.area[a] < self.area[b] else (b, a)
         self.labels[self.labels == small] = large
         self.area[large], self.area[small] = self.area[large] + self.area[small], 0
-        self.width[large] = max(self.width[large], self.width[small])
         c = self.contact
         c[large] += c[small]
         c[:, large] += c[:, small]

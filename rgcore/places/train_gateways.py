@@ -42,7 +42,7 @@ def examples(seed: int, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     floor = random_floor(rng)
     free = scanned(floor, rng, settings)
-    chords = find_chords(open_space(free, settings), free.resolution, settings)
+    chords = find_chords(open_space(free, settings)[0], free.resolution, settings)
     posts = free.origin + (chords.posts + 0.5) * free.resolution
     kind = label(floor, posts[:, 0], posts[:, 1])
     use = (kind > 0) | ((kind == 0) & (rng.random(len(kind)) < 0.25))
