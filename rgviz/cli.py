@@ -45,16 +45,21 @@ def _parser() -> argparse.ArgumentParser:
     common.add_argument("--debug", action="store_true", help="show the traceback of an error")
 
     settings = argparse.ArgumentParser(add_help=False)
-    settings.add_argument("--set", action="append", default=[], metavar="STAGE.NAME=VALUE", help="one setting; see `rgviz config`")
+    settings.add_argument(
+        "--set", action="append", default=[], metavar="STAGE.NAME=VALUE", help="one setting; see `rgviz config`"
+    )
     settings.add_argument("--config", type=Path, metavar="FILE.toml", help="settings from a file")
 
     serving = argparse.ArgumentParser(add_help=False)
     serving.add_argument("--host", default="127.0.0.1", help="address to serve on (default: this machine only)")
-    serving.add_argument("--port", type=int, default=8080, help="port to serve on; the next free one is taken (default: 8080)")
+    serving.add_argument(
+        "--port", type=int, default=8080, help="port to serve on; the next free one is taken (default: 8080)"
+    )
     serving.add_argument("--no-browser", action="store_true", help="print the link instead of opening a browser")
 
     p = argparse.ArgumentParser(
-        prog="rgviz", description="RG mapping: from a robot's laser log to a compact, structured, named and correctable map."
+        prog="rgviz",
+        description="RG mapping: from a robot's laser log to a compact, structured, named and correctable map.",
     )
     p.add_argument("--version", action="version", version=f"rgviz {__version__}")
     sub = p.add_subparsers(metavar="COMMAND", required=True)
@@ -83,7 +88,9 @@ def _parser() -> argparse.ArgumentParser:
     c.add_argument("--json", action="store_true", help="as JSON")
     c = command("simulate", _simulate, "drive a simulated robot through a floor plan")
     c.add_argument("plan", type=Path, metavar="PLAN", help="floor plan: JSON, or an image with --resolution")
-    c.add_argument("-o", "--log", type=Path, required=True, metavar="LOG", help="CARMEN log to write; the truth goes beside it")
+    c.add_argument(
+        "-o", "--log", type=Path, required=True, metavar="LOG", help="CARMEN log to write; the truth goes beside it"
+    )
     c.add_argument("--resolution", type=float, metavar="M", help="size of a pixel of a floor-plan image")
     c.add_argument("--seed", type=int, default=0, help="of noise and odometry drift (default: 0)")
     command("config", _config, "every setting with default, unit and reason, as TOML", settings)
@@ -116,10 +123,8 @@ def _view(args: argparse.Namespace) -> None:
 
 def _run(args: argparse.Namespace) -> None:
     config = _load_config(args)
-    from rgcore import pipeline
-    from rgcore.cache import Cache
-    from rgcore.model.project import Project
     from rgcore.scans.read import read_log
+    from rgviz.mapping import map_into
     from rgviz.progress import progress_bar
 
     log = read_log(args.log)
@@ -127,15 +132,10 @@ def _run(args: argparse.Namespace) -> None:
         print(f"{args.log}: {note}", file=sys.stderr)
     path = args.project or Path(args.log.name.split(".")[0] + ".rg")
     with progress_bar() as watch:
-        result = pipeline.run(log, config, Cache(path / "cache") if path.exists() else Cache(None), watch)
-    if path.exists():
-        with Project.open(path) as project:
-            project.add_run(result)
-            _report_conflicts(project)
-            _summary(project)
-    else:
-        with Project.create(path, result) as project:
-            _summary(project)
+        project = map_into(path, log, config, watch)
+    with project:
+        _report_conflicts(project)
+        _summary(project)
 
 
 def _report_conflicts(project: Any) -> None:

@@ -152,7 +152,7 @@ class Project:
         from rgcore.model.rebase import Drift, rebase  # brings SciPy and Shapely, which nothing else here needs
 
         with self._mutex:
-            self._must_write()
+            self.must_write()
             drift = Drift(self.trajectory, run.trajectory, same_log=self.run_info.sha256 == run.log.sha256)
             taken, lost = rebase(self.run_name, self._history, run.map, drift)
             folder.add_run(self.path, run, taken, (*self.conflicts, *lost))
@@ -174,7 +174,7 @@ class Project:
 
     def _step(self, make: Callable[[int], AnyEntry]) -> RGMap:
         with self._mutex:
-            self._must_write()
+            self.must_write()
             entry = readable(make(self._journal.next_number))
             after = step(self._history, entry)
             if isinstance(entry, Do) and not after.done[-1].patch:
@@ -183,7 +183,8 @@ class Project:
             self._history = after
             return after.map
 
-    def _must_write(self) -> None:
+    def must_write(self) -> None:
+        """Raises ProjectError, which says who holds the project, if it is read-only."""
         if self.read_only:
             raise ProjectError(f"{self.path}: open read-only: {self._lock.reason}")
 
