@@ -1,0 +1,184 @@
+"""Downloads, mapping under the eyes of a browser, and nothing lost when the server is killed."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from pilot import Pilot
+from short_log import short_log
+
+from rgviz.app import App
+
+Open = Callable[..., Pilot]
+ROOM = (5.5, 3.5)
+
+
+def test_downloads_hold_the_corrected_map(app: App, open_page: Open) -> None:
+    p = open_page(app.url)
+    p.click(*ROOM)
+    p.see("Robot box")
+    p.type_into("Name", "Copy room")
+    p.see("Undo: rename r4 to Copy room")
+    got = p.download("JSON")
+    assert got.suggested_filename == "office.json"
+    document = json.loads(Path(got.path()).read_text())
+    assert document["format"] == "rgmap"
+    assert {r["id"]: r["name"] for r in document["regions"]}["r4"] == "Copy room"
+    assert len(document["lines"]) == len(app.map.lines)
+    scene = trimesh.load(io.BytesIO(Path(p.download("GLB").path()).read_bytes()), file_type="glb")
+    assert np.allclose(sorted(np.ptp(scene.bounds, axis=0))[1:], [12, 19], atol=0.3)
+    assert Path(p.download("SVG").path()).read_text().lstrip().startswith("<")
+    rows = np.loadtxt(p.download("TUM").path())
+    assert rows.shape == (len(app.opened.project.trajectory), 8)
+
+
+def test_no_page_without_the_link(app: App, open_page: Open, browser: object) -> None:
+    context = browser.new_context()  # type: ignore[attr-defined]
+    page = context.new_page()
+    answer = page.goto(app.url.split("?")[0])
+    assert answer.status == 401
+    assert "open the link" in page.content()
+    assert page.request.get(app.url.split("/?")[0] + "/export/map.json").status == 401
+    context.close()
+
+
+def test_another_page_cannot_drive_the_editor(app: App, open_page: Open) -> None:
+    """A page of another origin in the same browser, cookie and all, gets no websocket."""
+    import http.server
+    import threading
+
+    p = open_page(app.url)
+    other = http.server.ThreadingHTTPServer(("127.0.0.1", 0), http.server.SimpleHTTPRequestHandler)
+    other.RequestHandlerClass.log_message = lambda *_: None  # type: ignore[assignment, method-assign]
+    threading.Thread(target=other.serve_forever, daemon=True).start()
+    q = p.context.new_page()
+    q.goto(f"http://127.0.0.1:{other.server_port}/")
+    attempt = """(u) => new Promise(r => { const w = new WebSocket(u, ['viser-v1.1.1']);
+      w.onopen = () => r('open'); w.onerror = () => r('refused'); })"""
+    assert q.evaluate(attempt, f"ws://127.0.0.1:{app.gate.port}/") == "refused"
+    assert p.page.evaluate(attempt, f"ws://127.0.0.1:{app.gate.port}/") == "open"
+    assert p.page.evaluate(attempt, f"ws://127.0.0.1:{other.server_port}/") == "refused", "the page may only talk to us"
+    other.shutdown()
+    other.server_close()
+    p.errors.clear()
+
+
+def test_a_log_is_mapped_before_ones_eyes(tmp_path: Path, open_page: Open) -> None:
+    log = short_log(tmp_path / "short.log", 260)
+    app = App(port=0)
+    try:
+        p = open_page(app.url, nodes=())
+        app.map_log(log, tmp_path / "short.rg")
+        p.see(re.compile(r"step \d+ of 10"))
+        p.see("Finding the robot's way", timeout=60_000)
+        p.wait_nodes("/points/echoes", "/growing/path", timeout=60_000)
+        assert (np.abs(p.picture().astype(int) - 255).sum(2) > 40).mean() > 0.002
+        p.shot("mapping")
+        p.see("Reduction", timeout=90_000)
+        p.wait_nodes("/lines/lines", "/floors/cTOMA")
+        assert (tmp_path / "short.rg" / "current").exists()
+        p.page.wait_for_function("() => window.__viserSceneTree.getState()['/growing/path'] === undefined")
+        p.shot("mapped")
+    finally:
+        app.stop()
+
+
+def test_a_log_that_cannot_be_mapped_says_why_on_the_page(
+    tmp_path: Path, open_page: Open, capfd: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / "broken.log"
+    log.write_text("this is not a laser log\n")
+    app = App(port=0)
+    try:
+        p = open_page(app.url, nodes=())
+        app.map_log(log, tmp_path / "broken.rg")
+        p.see("The map could not be made", timeout=60_000)
+        p.see(re.compile("broken.log"))
+        p.shot("failed")
+        assert not (tmp_path / "broken.rg").exists()
+    finally:
+        app.stop()
+    told = [line for line in capfd.readouterr().err.splitlines() if line.startswith("rgviz: ")]
+    assert len(told) == 1
+    assert "broken.log" in told[0]
+
+
+@pytest.fixture()
+def serve(tmp_path: Path, office: Path) -> Iterator[Callable[[], tuple[subprocess.Popen[str], str]]]:
+    """Starts the command line on a copy of the office; gives the process and its link."""
+    import shutil
+
+    project = tmp_path / "office.rg"
+    shutil.copytree(office, project)
+    running: list[subprocess.Popen[str]] = []
+
+    def start() -> tuple[subprocess.Popen[str], str]:
+        command = [sys.executable, "-m", "rgviz.cli", "view", str(project), "--port", "0", "--no-browser"]
+        root = Path(__file__).parents[2]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root)
+        running.append(process)
+        assert process.stdout is not None
+        for line in process.stdout:
+            if found := re.search(r"http://\S+", line):
+                return process, found[0]
+        raise AssertionError(process.communicate()[1])
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()
+
+
+def test_an_edit_survives_kill_9_and_a_reload(
+    serve: Callable[[], tuple[subprocess.Popen[str], str]], open_page: Open
+) -> None:
+    process, url = serve()
+    p = open_page(url)
+    p.click(*ROOM)
+    p.see("Robot box")
+    p.choose("Class", "CC")
+    p.see("Undo: relabel r4 as CC")
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+
+    process, url = serve()
+    p = open_page(url)
+    p.see("Undo: relabel r4 as CC")
+    p.click(*ROOM)
+    p.see("Robot box")
+    assert p.field("Class").input_value() == "CC"
+    p.page.reload()
+    p.wait_nodes("/lines/lines")
+    p.button(re.compile("^Undo: relabel")).click()
+    p.see("Redo: relabel r4 as CC")
+
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=20)
+    assert "Traceback" not in err
+    assert process.returncode == 130
+
+
+def test_a_second_server_opens_the_project_read_only(
+    serve: Callable[[], tuple[subprocess.Popen[str], str]], open_page: Open
+) -> None:
+    first, _ = serve()
+    _, url = serve()
+    p = open_page(url)
+    p.see("Read-only")
+    p.see(f"process {first.pid}")
+    p.click(*ROOM)
+    p.see("Robot box")
+    assert p.field("Name").count() == 0
+    p.key("4")
+    p.see("Not done")
+    p.shot("read-only")
