@@ -10,7 +10,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import kernel
 
 W, X, Y, XX, YY, XY = range(6)
 
@@ -49,7 +50,7 @@ def regression(m: np.ndarray) -> Regression:
     return Regression(float(slope), float(offset), bool(steep))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _regression(m):  # type: ignore[no-untyped-def]
     spread_x = m[0] * m[3] - m[1] * m[1]
     spread_y = m[0] * m[4] - m[2] * m[2]
@@ -60,7 +61,7 @@ def _regression(m):  # type: ignore[no-untyped-def]
     return (m[5] * m[0] - m[1] * m[2]) / spread_y, (m[4] * m[1] - m[2] * m[5]) / spread_y, True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def line_through(m):  # type: ignore[no-untyped-def]
     """From moments (6,): a point of the line (their centre, put on it), its unit direction and the rms distance.
 
@@ -76,15 +77,6 @@ def line_through(m):  # type: ignore[no-untyped-def]
 
 def projected(m: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points (L, K, 2) put on the lines through moments (L, 6); all about the same points."""
-    return _projected(np.ascontiguousarray(m, np.float64), np.ascontiguousarray(points, np.float64))
-
-
-@njit(cache=True, nogil=True)
-def _projected(m, points):  # type: ignore[no-untyped-def]
-    out = np.zeros_like(points)
-    for i in range(len(m)):
-        cx, cy, ux, uy, _ = line_through(m[i])
-        for k in range(points.shape[1]):
-            s = (points[i, k, 0] - cx) * ux + (points[i, k, 1] - cy) * uy
-            out[i, k, 0], out[i, k, 1] = cx + s * ux, cy + s * uy
-    return out
+    through = np.array([line_through(row) for row in m]).reshape(-1, 5)
+    center, u = through[:, None, :2], through[:, None, 2:4]
+    return center + ((points - center) * u).sum(-1, keepdims=True) * u

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from rgcore.config import Lines as Settings
 from rgcore.geometry import segments as geometry
+from rgcore.geometry.compiled import inner, kernel
 from rgcore.lines.passes import count_passes
 
 _BIN = 0.025  # m, of the coverage along a line
@@ -40,7 +40,7 @@ def covered_runs(
     bins = np.ceil((high - low) / _BIN).astype(np.int64) + 1
     first = np.concatenate([[0], np.cumsum(bins)])
     lines = frames[:, None, :2] + np.stack([low, low + bins * _BIN], 1)[..., None] * frames[:, None, 2:]
-    passes = count_passes(lines, first, _BIN, segments, eyes, points, 2.0 * settings.distance)
+    passes = count_passes(lines, first, _BIN, segments, eyes, points, 1.5 * settings.distance)
     return _runs(
         first, low, line_of[own], spans, points[own].astype(np.float64), passes, settings.gap, settings.min_support
     )
@@ -51,39 +51,48 @@ def spans_of(frames: np.ndarray, segments: np.ndarray) -> np.ndarray:
     return np.einsum("nek,nk->ne", segments - frames[:, None, :2], frames[:, 2:])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _runs(first, low, line_of, spans, points, passes, gap, min_support):  # type: ignore[no-untyped-def]
-    hits, number = np.zeros(first[-1]), np.zeros(first[-1])
-    for k in range(len(spans)):
+    hits, number = np.zeros(first[-1] + 1), np.zeros(first[-1] + 1)
+    for k in range(len(spans)):  # steps up and down, then their running sum
         g = line_of[k]
         i = first[g] + int((spans[k, 0] - low[g]) / _BIN + 0.5)
         j = max(i + 1, first[g] + int((spans[k, 1] - low[g]) / _BIN + 0.5))
         hits[i] += points[k] / (j - i)
+        hits[j] -= points[k] / (j - i)
         number[i] += 1
-        if j < first[g + 1]:
-            hits[j] -= points[k] / (j - i)
-            number[j] -= 1
+        number[j] -= 1
+    for b in range(1, len(hits)):
+        hits[b] += hits[b - 1]
+        number[b] += number[b - 1]
     runs, of = np.zeros((first[-1], 2)), np.zeros(first[-1], np.int64)
     n = 0
-    limit = int(gap / _BIN) + 1
     for g in range(len(low)):
-        h = np.cumsum(hits[first[g] : first[g + 1]])
-        c = np.cumsum(number[first[g] : first[g + 1]])
-        p = passes[first[g] : first[g + 1]]
-        last = -limit - 1
-        for b in range(len(h)):
-            left, right = h[max(0, b - _WINDOW) : b + 1].max(), h[b : b + _WINDOW + 1].max()
-            if c[b] < min_support or h[b] < max(_GAP_SHARE * min(left, right), _END_SHARE * max(left, right)):
+        start, stop = first[g], first[g + 1]
+        last = start - int(gap / _BIN) - 2
+        for b in range(start, stop):
+            left, right = _most(hits, max(start, b - _WINDOW), b + 1), _most(hits, b, min(stop, b + _WINDOW + 1))
+            if number[b] < min_support or hits[b] < max(_GAP_SHARE * min(left, right), _END_SHARE * max(left, right)):
                 continue
-            near = slice(max(0, b - _SMOOTH), b + _SMOOTH + 1)
-            if p[near].sum() > h[near].sum():
+            through = 0.0
+            for q in range(max(start, b - _SMOOTH), min(stop, b + _SMOOTH + 1)):
+                through += passes[q] - hits[q]
+            if through > 0:
                 continue
-            if b - last > limit:
-                runs[n, 0], of[n] = low[g] + b * _BIN, g
+            if b - last > int(gap / _BIN) + 1:
+                runs[n, 0], of[n] = low[g] + (b - start) * _BIN, g
                 n += 1
-            runs[n - 1, 1] = low[g] + (b + 1) * _BIN
+            runs[n - 1, 1] = low[g] + (b + 1 - start) * _BIN
             last = b
-    return runs[:n].copy(), of[:n].copy()
+    return runs[:n], of[:n]
+
+
+@inner
+def _most(values, start, stop):  # type: ignore[no-untyped-def]
+    most = 0.0
+    for k in range(start, stop):
+        most = max(most, values[k])
+    return most
 
 
 def unhidden(lines: np.ndarray, region: np.ndarray, support: np.ndarray, settings: Settings) -> np.ndarray:
@@ -97,7 +106,7 @@ def unhidden(lines: np.ndarray, region: np.ndarray, support: np.ndarray, setting
     return _unhidden(lines, region, order, 2.0 * settings.distance)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _unhidden(lines, region, order, near):  # type: ignore[no-untyped-def]
     out = lines.copy()
     for a in range(len(order)):
@@ -132,7 +141,7 @@ def _unhidden(lines, region, order, near):  # type: ignore[no-untyped-def]
     return out
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner
 def _between(value, slope, low, high):  # type: ignore[no-untyped-def]
     """The t for which value + slope t lies between low and high."""
     if abs(slope) < 1e-12:

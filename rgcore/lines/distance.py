@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import inner, kernel
 
 
 def line_distance(a: np.ndarray, b: np.ndarray) -> tuple[float, int]:
@@ -29,7 +30,7 @@ def line_distances(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return _measure_pairs(np.ascontiguousarray(a, np.float64), np.ascontiguousarray(b, np.float64))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def measure(x1, y1, x2, y2, x3, y3, x4, y4):  # type: ignore[no-untyped-def]
     """The measure on eight numbers; the one kernel behind everything above and the merging."""
     if max(y1, y2, y3, y4) - min(y1, y2, y3, y4) > max(x1, x2, x3, x4) - min(x1, x2, x3, x4):
@@ -46,7 +47,7 @@ def measure(x1, y1, x2, y2, x3, y3, x4, y4):  # type: ignore[no-untyped-def]
     return min(res1, res2), 1 if total == 2 else 0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner
 def _perpendicular(x, y, xs, ys, xe, ye):  # type: ignore[no-untyped-def]
     dx, dy = xe - xs, ye - ys
     length = np.sqrt(dx * dx + dy * dy)
@@ -55,12 +56,12 @@ def _perpendicular(x, y, xs, ys, xe, ye):  # type: ignore[no-untyped-def]
     return abs((x - xs) * dy - (y - ys) * dx) / length
 
 
-@njit(cache=True, nogil=True, inline="always")
+@inner
 def _between(x, xs, xe):  # type: ignore[no-untyped-def]
     return 1 if (x > xs and x < xe) or (x < xs and x > xe) else 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _measure_pairs(a, b):  # type: ignore[no-untyped-def]
     d, overlap = np.zeros(len(a)), np.zeros(len(a), np.int64)
     for i in range(len(a)):

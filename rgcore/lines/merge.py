@@ -61,6 +61,8 @@ def merge_lines(
     ends = np.ascontiguousarray(ends - center)
     eyes = trajectory.map_from_laser[segments.scan, :2] - center
     frames, line_of = grow_lines(ends, segments.points, region, settings)
+    if len(frames) == 0:
+        return _no_lines(), line_of
     found, line_of = _cut(frames, line_of, ends, segments.points, eyes, settings)
     found = unhidden(found, region_of(line_of, region, len(found)), _count(line_of, len(found)), settings)
     keep = geometry.lengths(found) >= settings.min_length

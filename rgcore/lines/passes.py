@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import inner, kernel
 
 _CELL = 0.5  # m, of the raster over the lines
-_SAMPLES = 6  # beams that stand for all beams of a segment
+_FARTHEST = 200.0  # m: a bound on the walk, whatever the input
 _SLANT = np.sin(np.deg2rad(12.0))  # a beam nearly along a line crosses it or not by chance
 
 
@@ -27,7 +28,7 @@ def count_passes(
     """
     origin = np.minimum(lines.min((0, 1)), eyes.min(0)) - _CELL
     extent = np.maximum(lines.max((0, 1)), eyes.max(0)) + _CELL - origin
-    cell = max(_CELL, float(extent.max()) / 4000)  # bounds the raster where the lines lie far apart
+    cell = max(_CELL, float(extent.max()) / 2000)  # bounds the raster where the lines lie far apart
     shape = (int(extent[0] / cell) + 1, int(extent[1] / cell) + 1)
     first, members = _rasterize(lines, origin, cell, shape)
     return _count(
@@ -36,7 +37,7 @@ def count_passes(
         bin_size,
         segments,
         eyes,
-        points.astype(np.float64),
+        points,
         margin,
         origin,
         cell,
@@ -46,17 +47,18 @@ def count_passes(
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _rasterize(lines, origin, cell, shape):  # type: ignore[no-untyped-def]
     """Lines by cell: those of cell c are ``members[first[c]:first[c + 1]]``."""
-    nx, ny = shape
-    first = np.zeros(nx * ny + 1, np.int64)
+    ny = shape[1]
+    first = np.zeros(shape[0] * ny + 1, np.int64)
     members = np.zeros(0, np.int64)
     for filling in range(2):  # count, then fill
         if filling:
-            first[1:] = np.cumsum(first)[:-1]
-            first[0] = 0
-            members = np.zeros(first[-1], np.int64)
+            total = 0
+            for c in range(len(first)):
+                total, first[c] = total + first[c], total
+            members = np.zeros(total, np.int64)
         for i in range(len(lines)):
             ax, ay = (lines[i, 0, 0] - origin[0]) / cell, (lines[i, 0, 1] - origin[1]) / cell
             bx, by = (lines[i, 1, 0] - origin[0]) / cell, (lines[i, 1, 1] - origin[1]) / cell
@@ -69,29 +71,33 @@ def _rasterize(lines, origin, cell, shape):  # type: ignore[no-untyped-def]
                         if filling:
                             members[first[c]] = i
                         first[c] += 1
-    first[1:] = first[:-1].copy()  # filling moved each start to the next
+    for c in range(len(first) - 1, 0, -1):  # filling moved each start to the next
+        first[c] = first[c - 1]
     first[0] = 0
     return first, members
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _count(lines, first_bin, bin_size, segments, eyes, points, margin, origin, cell, shape, first, members):  # type: ignore[no-untyped-def]
     passes = np.zeros(first_bin[-1])
     for m in range(len(segments)):
-        n = int(min(points[m], _SAMPLES))
+        ax, ay = segments[m, 0, 0] - eyes[m, 0], segments[m, 0, 1] - eyes[m, 1]
+        bx, by = segments[m, 1, 0] - eyes[m, 0], segments[m, 1, 1] - eyes[m, 1]
+        area = ax * by - ay * bx
+        n = points[m]
+        first_angle, angle = np.arctan2(ay, ax), np.arctan2(area, ax * bx + ay * by)
         for k in range(n):
-            share = (k + 0.5) / n
-            dx = segments[m, 0, 0] + share * (segments[m, 1, 0] - segments[m, 0, 0]) - eyes[m, 0]
-            dy = segments[m, 0, 1] + share * (segments[m, 1, 1] - segments[m, 0, 1]) - eyes[m, 1]
-            reach = np.hypot(dx, dy)
-            if reach > margin:
-                beam = (eyes[m, 0], eyes[m, 1], dx / reach, dy / reach, reach - margin)
-                _walk(beam, points[m] / n, lines, first_bin, bin_size, passes, origin, cell, shape, first, members)
+            turn = first_angle + (k + 0.5) / n * angle
+            ux, uy = np.cos(turn), np.sin(turn)
+            reach = area / (ux * (by - ay) - uy * (bx - ax)) - margin
+            if 0.0 < reach < _FARTHEST:
+                beam = (eyes[m, 0], eyes[m, 1], ux, uy, reach)
+                _walk(beam, lines, first_bin, bin_size, passes, origin, cell, shape, first, members)
     return passes
 
 
-@njit(cache=True, nogil=True)
-def _walk(beam, weight, lines, first_bin, bin_size, passes, origin, cell, shape, first, members):  # type: ignore[no-untyped-def]
+@inner
+def _walk(beam, lines, first_bin, bin_size, passes, origin, cell, shape, first, members):  # type: ignore[no-untyped-def]
     """Add one beam to all stretches that it crosses, walking the raster cell by cell (Amanatides & Woo 1987)."""
     px, py, ux, uy, reach = beam
     x, y = px - origin[0], py - origin[1]
@@ -115,7 +121,7 @@ def _walk(beam, weight, lines, first_bin, bin_size, passes, origin, cell, shape,
             t, s = (sx * dy - sy * dx) / across, (sx * uy - sy * ux) / across
             if enter <= t < leave and 0.0 <= s <= 1.0:  # each crossing lies in one cell, so it counts once
                 b = min(first_bin[i] + int(s * length / bin_size), first_bin[i + 1] - 1)
-                passes[b] += weight
+                passes[b] += 1.0
         enter = leave
         if next_x < next_y:
             ix += 1 if ux > 0 else -1
