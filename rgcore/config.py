@@ -30,8 +30,8 @@ class Extract(Settings):
     cluster_distance: Annotated[float, setting("m", "neighbouring echoes farther apart belong to different things", gt=0, le=5)] = 0.35
     point_line_distance: Annotated[float, setting("m", "farthest point from its segment: 3 sigma of usual range noise", gt=0, le=1)] = 0.06
     variance: Annotated[float, setting("m", "largest root mean square distance of a segment's points", gt=0, le=1)] = 0.03
-    min_points: Annotated[int, setting("points", "fewer do not show a line against noise", ge=2, le=100)] = 4
-    min_length: Annotated[float, setting("m", "shorter ones have no certain direction", gt=0, le=5)] = 0.12
+    min_points: Annotated[int, setting("points", "two echoes always lie on a line, a third can tell", ge=2, le=100)] = 3
+    min_length: Annotated[float, setting("m", "shorter ones have no direction, at 12 mm noise", gt=0, le=5)] = 0.08
 
 
 class Slam(Settings):
@@ -52,7 +52,7 @@ class Slam(Settings):
     least_response: Annotated[float, setting("1", "a maximum's mean likelihood must exceed this", gt=0, le=1)] = 0.45
     rival: Annotated[float, setting("1", "and be without another maximum of this part of it", ge=0.7, le=1)] = 0.8
     least_closures: Annotated[int, setting("closures", "so many in a row must agree before they bend the map", ge=1, le=20)] = 3
-    least_agreement: Annotated[float, setting("1", "scans that agree less about what they see were not taken there", ge=0, le=1)] = 0.7
+    least_agreement: Annotated[float, setting("1", "scans that agree less about what they see were not taken there", ge=0, le=1)] = 0.6
     least_points: Annotated[int, setting("points", "fewer surface points do not show where a scan is", ge=1, le=1000)] = 30
     blind: Annotated[float, setting("m, rad", "deviation of the motion guessed where there is no odometry", gt=0, le=5)] = 0.1
 
@@ -61,7 +61,7 @@ class Lines(Settings):
     """Merging of segments to the lines of the map (paper, section IV-B and IV-C)."""
 
     distance: Annotated[float, setting("m", "segments nearer than this are one line; the paper takes 0.05 to 0.1", gt=0, le=1)] = 0.08
-    min_length: Annotated[float, setting("m", "mu: shorter lines are dropped", gt=0, le=5)] = 0.15
+    min_length: Annotated[float, setting("m", "mu: shorter lines are dropped; the side of a bin is longer", gt=0, le=5)] = 0.1
     ratio: Annotated[float, setting("1", "rho: largest distance / length; the paper takes 0.1 to 0.4", gt=0, le=2)] = 0.25
     gap: Annotated[float, setting("m", "gamma: collinear lines merge across gaps up to this; the paper takes 0.2", ge=0, le=5)] = 0.2
     angle: Annotated[float, setting("rad", "20 degrees: the direction of a short segment is no better", gt=0, le=0.5)] = 0.35
@@ -85,10 +85,11 @@ class Places(Settings):
     max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 5.0
     clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
     min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.5
+    weak_confidence: Annotated[float, setting("1", "a chord above it still counts where it closes a room together with a sure one", ge=0, le=1)] = 0.2
     furniture: Annotated[float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)] = 3.0
     snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
     split_hallways: Annotated[bool, setting("-", "hallways that bend or cross stay one region; true cuts them at junctions")] = False
-    min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 1.5
+    min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 0.8
     no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 1.0
 
 

@@ -12,6 +12,8 @@ from rgcore.slam.surface import Surface
 
 WITNESSES = 3
 """Newest keyframes that a doubtful scan is compared with."""
+DOUBT = 0.9
+"""Scans agree less than this where somebody walks by, or where the registration failed: worth a search."""
 
 
 def motion_deviation(moved: np.ndarray, noise: float) -> np.ndarray:
@@ -35,19 +37,21 @@ def track(
     """
     s = settings
     match = register(scan, on, guess, np.diag(deviation**-2.0), s.point_noise, s.reach)
-    if match.share > 0.5 or len(scan.points) < s.least_points:
+    if match.share > 0.6 or min(len(scan.points), len(on.points)) < s.least_points:
         return match, True
-    if _believed(frames, scan, ranges, match.pose) >= s.least_agreement:
-        return match, True
-    if len(on.points) >= s.least_points:
-        wide = s.reach + 3.0 * deviation
-        window = np.array([wide[0], wide[1], np.pi])
-        peak = correlate(scan.points, likelihood_field(on.points), guess, window, s.least_response, s.rival)
+    belief = _believed(frames, scan, ranges, match.pose)
+    field = likelihood_field(on.points) if belief < DOUBT else None
+    for turn, rival in ((0.8, 1.0), (np.pi, s.rival)):
+        if field is None or belief >= DOUBT:
+            break
+        window = np.append(s.reach + 3.0 * deviation[:2], turn)
+        peak = correlate(scan.points, field, guess, window, s.least_response, rival)
         if peak is not None:
             again = register(scan, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, s.reach)
-            if _believed(frames, scan, ranges, again.pose) >= s.least_agreement:
-                return again, True
-    return match, False
+            better = _believed(frames, scan, ranges, again.pose)
+            if better > belief + 0.05:
+                match, belief = again, better
+    return match, belief >= s.least_agreement
 
 
 def _believed(frames: Keyframes, scan: Surface, ranges: np.ndarray, pose: np.ndarray) -> float:
