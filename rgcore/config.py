@@ -65,6 +65,7 @@ class Lines(Settings):
     ratio: Annotated[float, setting("1", "rho: largest distance / length; the paper takes 0.1 to 0.4", gt=0, le=2)] = 0.25
     gap: Annotated[float, setting("m", "gamma: collinear lines merge across gaps up to this; the paper takes 0.2", ge=0, le=5)] = 0.2
     angle: Annotated[float, setting("rad", "20 degrees: the direction of a short segment is no better", gt=0, le=0.5)] = 0.35
+    corner: Annotated[float, setting("m", "ends that meet within this are one corner: the last echo is that far off", ge=0, le=1)] = 0.1
     min_support: Annotated[int, setting("segments", "a line seen less often is noise or has passed by", ge=1, le=1000)] = 2
 
 
@@ -86,7 +87,7 @@ class Places(Settings):
     clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
     min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.5
     weak_confidence: Annotated[float, setting("1", "a chord above it still counts where it closes a room together with a sure one", ge=0, le=1)] = 0.2
-    furniture: Annotated[float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)] = 3.0
+    furniture: Annotated[float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)] = 2.6
     snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
     split_hallways: Annotated[bool, setting("-", "hallways that bend or cross stay one region; true cuts them at junctions")] = False
     min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 0.8

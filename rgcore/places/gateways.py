@@ -34,11 +34,15 @@ PROBES = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8, 2.4, 3.2)
 
 @dataclass(frozen=True, eq=False)
 class Hypotheses(Evidence):
-    """Chords that may be gateways, the best first (K): posts (K, 2, 2) in cells, score (K,), kind (K,) in ``KINDS``."""
+    """Chords that may be gateways, the best first (K), in cells.
+
+    posts (K, 2, 2), score (K,), kind (K,) in ``KINDS``, weak (K,): not sure enough to stand alone
+    """
 
     posts: np.ndarray
     score: np.ndarray
     kind: np.ndarray
+    weak: np.ndarray
 
 
 @lru_cache(maxsize=1)
@@ -99,19 +103,22 @@ def judge(chords: Chords, resolution: float, settings: Settings) -> Hypotheses:
     chance = network().probabilities(features(chords, resolution))
     kind = 1 + chance[:, 1:3].argmax(1)
     score = chance[:, 1] + chance[:, 2]
-    kept = np.nonzero(score >= settings.min_confidence)[0]
-    order = kept[np.argsort(-(score - 0.1 * chords.width * resolution)[kept], kind="stable")]
+    width = chords.width * resolution
+    kept = np.nonzero(score >= settings.weak_confidence)[0]
+    order = kept[np.argsort(-(score - 0.1 * width)[kept], kind="stable")]
     chosen: list[int] = []
     for k in order:
         if all(not _clash(chords, k, j, 0.5 / resolution) for j in chosen):
             chosen.append(k)
     pick = np.array(chosen, int)
-    return Hypotheses(chords.posts[pick], score[pick], kind[pick])
+    needed = settings.min_confidence + np.clip(0.05 * (width - 1.5), 0, 0.4)
+    return Hypotheses(chords.posts[pick], score[pick], kind[pick], (score < needed)[pick])
 
 
 def _clash(chords: Chords, a: int, b: int, near: float) -> bool:
     """Whether two chords are the same transition: their middles are near, or one crosses the other."""
-    if np.hypot(*(chords.middle[a] - chords.middle[b])) < near:
+    turned = abs(chords.along[a] @ chords.along[b]) < 0.8
+    if np.hypot(*(chords.middle[a] - chords.middle[b])) < near * (1.0 if turned else 1.5):
         return True
     (p, q), (r, s) = chords.posts[a].astype(float), chords.posts[b].astype(float)
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.geometry import polygons, se2
-from rgcore.geometry.grid import Grid, clearance, components, draw_lines, erode, grow, reach
+from rgcore.geometry.grid import Grid, clearance, components, dilate, draw_lines, erode, grow, reach
 from rgcore.places.chords import find_chords
 from rgcore.places.freespace import FreeSpace
 from rgcore.places.gateways import KINDS, Hypotheses, judge, point
@@ -22,6 +22,13 @@ MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
 NO_ROOM, ROOM = 1.2, 1.9
 """A gap in a wall with nothing wider near it than so many times its width only divides a hallway; and so does a
 hallway's mouth unless something as wide as a room lies behind it."""
+
+
+HALLWAY = 3.5
+"""m: no hallway is wider."""
+
+THIN, DOORWAY = 0.5, 1.7
+"""m: the wall between two doors is at most so thick, and each of the doors at most so wide."""
 
 
 def find_places(
@@ -45,64 +52,83 @@ def open_space(free: FreeSpace, settings: Settings) -> tuple[np.ndarray, np.ndar
     mask = (free.passes >= MIN_PASSES) & (free.hits <= MAX_HIT_SHARE * total)
     labels, stats = components(~mask, diagonal=True)
     size = np.hypot(stats[:, 2], stats[:, 3]) * free.resolution
-    small, furniture = size < settings.clutter, (size >= settings.clutter) & (size < settings.furniture)
-    small[0] = furniture[0] = False
-    for i in np.nonzero(furniture)[0]:
+    size[0] = np.inf
+    things = np.nonzero(size < settings.furniture)[0]
+    removed = np.zeros(len(stats), bool)
+    removed[things] = ~_in_line(mask, free.hits > 0, labels, stats, things, free.resolution)
+    return mask | removed[labels], (removed & (size >= settings.clutter))[labels]
+
+
+def _in_line(
+    mask: np.ndarray, seen: np.ndarray, labels: np.ndarray, stats: np.ndarray, things: np.ndarray, resolution: float
+) -> np.ndarray:
+    """Whether each thing lies between two walls that go on in one line with it: what parts two doors, not furniture."""
+    angle = np.arange(0, np.pi, np.radians(5))
+    direction = np.stack([np.cos(angle), np.sin(angle)], 1)
+    walls = dilate(seen & ~mask, 1)
+    out = np.zeros(len(things), bool)
+    for k, i in enumerate(things):
         x, y, w, h, _ = stats[i]
-        furniture[i] = not _wall_piece(
-            mask, np.argwhere(labels[y : y + h, x : x + w] == i)[:, ::-1] + [x, y], free.resolution
-        )
-    return mask | (small | furniture)[labels], furniture[labels]
-
-
-def _wall_piece(mask: np.ndarray, cells: np.ndarray, resolution: float) -> bool:
-    """Whether cells (n, 2) are thin and meet something else in line beyond both of their ends."""
-    centre = cells.mean(0)
-    _, axes = np.linalg.eigh(np.cov((cells - centre).T) + 1e-6 * np.eye(2))
-    along = (cells - centre) @ axes[:, 1]
-    length = np.ptp(along) + 1
-    if len(cells) / length * resolution > 0.35:
-        return False
-    ends = centre + 0.5 + np.outer([along.min() - 2, along.max() + 2], axes[:, 1])
-    way = reach(mask, ends, np.stack([-axes[:, 1], axes[:, 1]]), 3.0 / resolution)
-    return bool((way * resolution < 2.6).all())
+        cells = np.argwhere(labels[y : y + h, x : x + w] == i)[:, ::-1] + [x + 0.5, y + 0.5]
+        middle = cells.mean(0)
+        along = (cells - middle) @ direction.T
+        across = (cells - middle) @ np.stack([-direction[:, 1], direction[:, 0]])
+        ok = np.ptp(across, axis=0) * resolution < THIN
+        for sign, tip in ((1, along.max(0)), (-1, along.min(0))):
+            start = middle + (tip + 2 * sign)[:, None] * direction
+            way = reach(mask, start, sign * direction, DOORWAY / resolution)
+            ok &= way * resolution < DOORWAY
+            wall = start + (sign * (way + 1))[:, None] * direction
+            ok &= reach(walls, wall, sign * direction, 0.5 / resolution) * resolution > 0.45
+        out[k] = ok.any()
+    return out
 
 
 def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Settings) -> tuple[np.ndarray, list[int]]:
     """Labels (H, W) of the pieces, -1 = none, and which hypotheses separate two of them.
 
-    Gaps too narrow for a robot separate as well, but are no gateways. A piece too small for a place gives up its
-    weakest cut; one that no gateway leads to joins the neighbour with which it shares the longest gap; hallways that
-    only bend or cross join again, unless ``settings.split_hallways``.
+    Gaps too narrow for a robot separate as well, but are no gateways. A cut that only divides a hallway is taken back
+    (unless ``settings.split_hallways``), and so is a weak one that helps no strong one to close a room, and the weakest
+    one of a piece too small for a place. A piece that no gateway leads to joins its neighbour by the longest gap.
     """
     walls = draw_lines(open_.shape, found.posts[:, 0], found.posts[:, 1], 2)
     labels = _pieces(open_ & ~walls, round(0.5 * settings.min_gateway / resolution) - 1)
     pieces = Pieces(labels, resolution)
-    cuts = list(range(len(found)))
+    ends = [_sides(labels, p) for p in found.posts]
     distance = clearance(open_)[0]
-    limit = np.where(found.kind == KINDS.index("opening"), ROOM, NO_ROOM)
-    room = [_room_ahead(labels, distance, p, _sides(labels, p)) for p in found.posts]
+    wide = np.hypot(*(found.posts[:, 1] - found.posts[:, 0]).T) * resolution > HALLWAY
+    limit = np.where(found.kind == KINDS.index("opening"), ROOM, np.where(wide, 1.0, NO_ROOM))
+    room = np.array([_room_ahead(labels, distance, p, e) for p, e in zip(found.posts, ends, strict=True)])
+    cuts = [k for k in range(len(found)) if min(ends[k]) >= 0]
+
+    def standing(of: list[int]) -> list[int]:
+        return [k for k in of if pieces.root[ends[k][0]] != pieces.root[ends[k][1]]]
+
+    if not settings.split_hallways:
+        for k in cuts:
+            if room[k] < limit[k]:
+                pieces.join(*ends[k])
+    cuts = standing(cuts)
+    for k in sorted((k for k in cuts if found.weak[k]), key=lambda k: found.score[k]):
+        pair = pieces.pair(ends[k])
+        if not any(pieces.pair(ends[j]) == pair for j in cuts if not found.weak[j]):
+            pieces.join(*ends[k])
     while True:
-        sides = {k: _sides(pieces.labels, found.posts[k]) for k in cuts}
-        cuts = [k for k in cuts if sides[k][0] != sides[k][1] and min(sides[k]) >= 0]
-        small = [(found.score[k], k) for k in cuts if min(pieces.area[list(sides[k])]) < settings.min_area]
-        if small:
-            pieces.join(*sides[min(small)[1]])
-            continue
-        joined = {s for k in cuts for s in sides[k]}
+        cuts = standing(cuts)
+        small = [(found.score[k], k) for k in cuts if min(pieces.area[list(pieces.pair(ends[k]))]) < settings.min_area]
+        joined = {s for k in cuts for s in pieces.pair(ends[k])}
         alone = [i for i in range(len(pieces.area)) if i not in joined and pieces.contact[i].any()]
-        if alone:
+        if small:
+            pieces.join(*ends[min(small)[1]])
+        elif alone:
             i = min(alone, key=lambda i: pieces.area[i])
             pieces.join(i, int(pieces.contact[i].argmax()))
-            continue
-        same = [] if settings.split_hallways else [(room[k], k) for k in cuts if room[k] < limit[k]]
-        if not same:
+        else:
             break
-        pieces.join(*sides[min(same)[1]])
     keep = [i for i, a in enumerate(pieces.area) if a >= settings.min_area and (i in joined or a > 4)]
     renumber = np.full(len(pieces.area) + 1, -1, np.int32)
     renumber[keep] = np.arange(len(keep))
-    return _fill(renumber[pieces.labels], walls & open_), cuts
+    return _fill(renumber[np.append(pieces.root, -1)[labels]], walls & open_), cuts
 
 
 def _room_ahead(labels: np.ndarray, distance: np.ndarray, posts: np.ndarray, sides: tuple[int, int]) -> float:
@@ -120,20 +146,27 @@ def _room_ahead(labels: np.ndarray, distance: np.ndarray, posts: np.ndarray, sid
 
 
 class Pieces:
-    """Pieces of the free space while they are being joined: labels (H, W), and by label: area [m2] and length of
-    the contact of each two [cells]."""
+    """Pieces of the free space while they are being joined: the label that stands for each (``root``), its area [m2]
+    and the length of the contact of each two [cells]."""
 
     def __init__(self, labels: np.ndarray, resolution: float) -> None:
         count = int(labels.max()) + 1
-        inside = labels >= 0
-        self.labels = labels
-        self.area = np.bincount(labels[inside], minlength=count) * resolution**2
+        self.root = np.arange(count)
+        self.area = np.bincount(labels[labels >= 0], minlength=count) * resolution**2
         self.contact = _contacts(labels, count)
+
+    def pair(self, ends: tuple[int, int]) -> tuple[int, int]:
+        """The pieces on both sides of a cut, smaller label first."""
+        a, b = sorted(int(self.root[e]) for e in ends)
+        return a, b
 
     def join(self, a: int, b: int) -> None:
         """Give the smaller piece to the larger."""
+        a, b = self.pair((a, b))
+        if a == b:
+            return
         small, large = (a, b) if self.area[a] < self.area[b] else (b, a)
-        self.labels[self.labels == small] = large
+        self.root[self.root == small] = large
         self.area[large], self.area[small] = self.area[large] + self.area[small], 0
         c = self.contact
         c[large] += c[small]

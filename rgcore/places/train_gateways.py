@@ -16,7 +16,7 @@ from rgcore.places.gateways import KINDS, WEIGHTS, features
 from rgcore.places.network import Network
 from rgcore.places.regions import open_space
 
-SEED, FLOORS, HELD_OUT = 11, 300, 30
+SEED, FLOORS, HELD_OUT = 11, 600, 30
 
 
 def label(floor: Floor, a: np.ndarray, b: np.ndarray) -> np.ndarray:
