@@ -1,7 +1,8 @@
 """How inner loops are compiled: ``kernel`` for what Python calls (kept on disk), ``inner`` for what only kernels call.
 
 An inner function has no entry from Python and goes into its kernels whole; leaving the entry out saves a third of the
-time of compiling. Plain loops over rows compile several times faster than array expressions.
+time of compiling. Plain loops over rows compile several times faster than array expressions. The cache on disk notices
+changes of a kernel's own file only: after changing an inner function of another file, touch the kernel's.
 """
 
 from __future__ import annotations

@@ -35,6 +35,10 @@ class Accuracy(Evidence):
         return float(np.sqrt((acc**2).mean())) if len(acc) else None
 
 
+_NOTHING = Accuracy(np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0))
+_READINGS_AT_ONCE = 1_000_000  # bounds the memory on long logs
+
+
 def predict(ends: np.ndarray, poses: np.ndarray, bearings: np.ndarray, max_range: float) -> np.ndarray:
     """(N, B) ranges [m] that lines ``ends`` (L, 2, 2) give a laser at ``poses`` (N, 3); inf where no line is hit."""
     return cast(ends, poses, bearings, max_range)[0]
@@ -50,17 +54,22 @@ def measure_accuracy(log: ScanLog, trajectory: Trajectory, ends: np.ndarray, set
     distance readings". A beam that slips past the place of a missing line and hits another one far behind is such an
     unrelated reading, so a difference greater than p counts as missed too. Every reading thus costs at most p.
     """
+    poses = trajectory.map_from_laser
+    step = max(1, _READINGS_AT_ONCE // max(1, len(log.bearings)))
+    parts = [_measure(log[i : i + step], poses[i : i + step], ends, settings) for i in range(0, len(log), step)]
+    return Accuracy(*(np.concatenate(columns) for columns in zip(*parts, strict=True))) if parts else _NOTHING
+
+
+def _measure(log: ScanLog, poses: np.ndarray, ends: np.ndarray, settings: Settings) -> tuple[np.ndarray, ...]:
+    """acc(s), readings, missed and median of some scans."""
     usable = log.usable(settings.max_range)
     reach = settings.max_range + settings.penalty  # a farther hit is missed in any case
-    gone = predict(ends, trajectory.map_from_laser, log.bearings, reach)
-    gone -= np.where(usable, log.ranges, 0.0)
-    difference = np.abs(gone, out=gone)
+    difference = np.abs(predict(ends, poses, log.bearings, reach) - np.where(usable, log.ranges, 0.0))
     missed = usable & ~(difference <= settings.penalty)
     readings = usable.sum(1)
     squares = np.where(usable, np.minimum(difference, settings.penalty), 0.0) ** 2
-    some = np.maximum(readings, 1)
-    acc = np.where(readings > 0, np.sqrt(squares.sum(1) / some), np.nan)
-    return Accuracy(acc, readings, missed.sum(1), _row_medians(np.where(usable & ~missed, difference, np.inf)))
+    acc = np.where(readings > 0, np.sqrt(squares.sum(1) / np.maximum(readings, 1)), np.nan)
+    return acc, readings, missed.sum(1), _row_medians(np.where(usable & ~missed, difference, np.inf))
 
 
 def _row_medians(values: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from rgcore.config import Lines as Settings
 from rgcore.evidence import Evidence
 from rgcore.geometry import moments as mo
 from rgcore.geometry import segments as geometry
+from rgcore.lines.corners import close_corners
 from rgcore.lines.cover import covered_runs, spans_of, unhidden
 from rgcore.lines.grow import grow_lines
 from rgcore.scans.extract import Segments
@@ -66,7 +67,7 @@ def merge_lines(
     found, line_of = _cut(frames, line_of, ends, segments.points, eyes, settings)
     found = unhidden(found, region_of(line_of, region, len(found)), _count(line_of, len(found)), settings)
     keep = geometry.lengths(found) >= settings.min_length
-    found, line_of = found[keep], _renumbered(line_of, keep)
+    found, line_of = close_corners(found[keep], settings.corner), _renumbered(line_of, keep)
     return _ordered(found, line_of, ends, center, segments.scan, region)
 
 
