@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import inner, kernel
 
 SEEN_THROUGH = 0.25
-"""A surface this much [m] nearer than the reading through it contradicts it (and 2 % of the range, for the beam's width)."""
+"""A surface this much [m] nearer than the reading through it contradicts it; and 2 % of the range, for the beam's
+width.
+"""
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def agreement(surfaces, ranges, bearings, poses, members, points, readings, pose):  # type: ignore[no-untyped-def]
-    """(3,) how many surface points the other side confirms, contradicts (it saw through them) and cannot see (hidden).
+    """(3,) how many surface points the other side confirms, contradicts (saw through) and cannot see (hidden).
 
-    One side is a scan with surface ``points`` (n, 2) and ``readings`` (B,) at ``pose`` (3,), the other are the keyframes
-    ``members`` (m,) of ``surfaces`` and ``ranges`` (K, B) at ``poses`` (K, 3). Points out of view do not count.
+    One side is a scan with surface ``points`` (n, 2) and ``readings`` (B,) at ``pose`` (3,), the other are the
+    keyframes ``members`` (m,) of ``surfaces`` and ``ranges`` (K, B) at ``poses`` (K, 3). Points out of view do not
+    count.
     """
     counts = np.zeros(3)
     for k in members:
@@ -24,7 +28,7 @@ def agreement(surfaces, ranges, bearings, poses, members, points, readings, pose
     return counts
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _count(points, pose, readings, other, bearings, counts):  # type: ignore[no-untyped-def]
     """Looks from ``other`` at the points of a scan at ``pose``."""
     co, so, turn = np.cos(other[2]), np.sin(other[2]), pose[2] - other[2]

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from rgcore.geometry.compiled import inner, kernel
 from rgcore.slam.small import wrapped
 
 LEVELS = 5
@@ -20,8 +20,9 @@ APART = (0.6, 0.25)
 
 
 class Field(NamedTuple):
-    """``levels`` (LEVELS, H, W) uint8: level k holds, a cell, the maximum of the likelihood (0..255) over the 2**k cells
-    right of it and above; ``corner`` (2,) [m] of cell (0, 0), ``resolution`` [m]."""
+    """``levels`` (LEVELS, H, W) uint8: level k holds, a cell, the maximum of the likelihood (0..255) over the 2**k
+    cells right of it and above; ``corner`` (2,) [m] of cell (0, 0), ``resolution`` [m].
+    """
 
     levels: np.ndarray
     corner: np.ndarray
@@ -29,8 +30,9 @@ class Field(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """The maximum: ``pose`` (3,), its ``response`` (mean likelihood of the scan's points, 0..1), and the ``covariance`` (3, 3)
-    of the distribution around it."""
+    """The maximum: ``pose`` (3,), its ``response`` (mean likelihood of the scan's points, 0..1), and the
+    ``covariance`` (3, 3) of the distribution around it.
+    """
 
     pose: np.ndarray
     response: float
@@ -48,8 +50,8 @@ def likelihood_field(points: np.ndarray, resolution: float = 0.05, deviation: fl
 def correlate(
     points: np.ndarray, field: Field, centre: np.ndarray, window: np.ndarray, least: float, rival: float
 ) -> Peak | None:
-    """The best pose of a scan within ``centre`` (3,) +- ``window`` (3,); None if no response there exceeds ``least``, or if
-    another answer reaches ``rival`` times the best one.
+    """The best pose of a scan within ``centre`` (3,) +- ``window`` (3,); None if no response there exceeds ``least``,
+    or if another answer reaches ``rival`` times the best one.
 
     ``points`` (n, 2) are the scan's surface points in its own frame.
     """
@@ -66,7 +68,7 @@ def correlate(
     return Peak(pose, top, covariance)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _levels(points, corner, width, height, resolution, deviation):  # type: ignore[no-untyped-def]
     levels = np.zeros((LEVELS, height, width), np.uint8)
     r = int(3 * deviation / resolution) + 1
@@ -90,7 +92,7 @@ def _levels(points, corner, width, height, resolution, deviation):  # type: igno
     return levels
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _score(level, cx, cy, u, v):  # type: ignore[no-untyped-def]
     """Mean likelihood 0..1 of points whose cells are (cx, cy), moved by (u, v) cells."""
     height, width = level.shape
@@ -102,7 +104,7 @@ def _score(level, cx, cy, u, v):  # type: ignore[no-untyped-def]
     return total / (255.0 * len(cx))
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _cells(points, field, centre, turn, cx, cy):  # type: ignore[no-untyped-def]
     c, s = np.cos(turn), np.sin(turn)
     for i in range(len(points)):
@@ -110,9 +112,11 @@ def _cells(points, field, centre, turn, cx, cy):  # type: ignore[no-untyped-def]
         cy[i] = int(np.floor((s * points[i, 0] + c * points[i, 1] + centre[1] - field.corner[1]) / field.resolution))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _search(points, field, centre, turns, cells, taken, span, least):  # type: ignore[no-untyped-def]
-    """Branch and bound: the best (u, v, turn) outside ``taken`` +- ``span``, and its score if above ``least``, else 0."""
+    """Branch and bound: the best (u, v, turn) outside ``taken`` +- ``span``, and its score if above ``least``, else
+    0.
+    """
     top = LEVELS - 1
     block = 1 << top
     columns, rows = 2 * cells[0] // block + 1, 2 * cells[1] // block + 1
@@ -160,7 +164,7 @@ def _search(points, field, centre, turns, cells, taken, span, least):  # type: i
     return found, best if found[2] >= 0 else 0.0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _moments(points, field, centre, turns, best):  # type: ignore[no-untyped-def]
     """Mean (3,) and covariance (3, 3) of the distribution around its maximum (Olson 2009, section IV)."""
     cx, cy = np.empty(len(points), np.int64), np.empty(len(points), np.int64)

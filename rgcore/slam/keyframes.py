@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from rgcore.geometry.compiled import kernel
 from rgcore.slam.agreement import agreement
 from rgcore.slam.local import LocalMap, Match, discount, local_map
 from rgcore.slam.posegraph import Links
@@ -82,9 +82,11 @@ def links_of(match: Match, poses: np.ndarray, members: np.ndarray, keyframe: int
     return Links(members[ok], np.full(many, keyframe), measured[ok], information[ok], np.full(many, scale))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def write_links(information, gradient, poses, members, pose, measured, out):  # type: ignore[no-untyped-def]
-    """Turns normal equations in the map's axes to relative poses and information in the axes of each of the ``members``."""
+    """Turns normal equations in the map's axes to relative poses and information in the axes of each of the
+    ``members``.
+    """
     for o in range(len(members)):
         a, b, m = information[o].copy(), gradient[o].copy(), members[o]
         discount(a, b)

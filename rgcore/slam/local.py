@@ -10,17 +10,21 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from rgcore.geometry.compiled import inner, kernel
 from rgcore.slam.small import inverse, times, wrapped
 from rgcore.slam.surface import Surface
 
 CELL = 0.3
 """Side of the cells [m] in which map points are found: about the search distance."""
 NORMALS_AGREE = 0.7
-"""Cosine of the largest angle between the normals of a pair: 45 degrees, which also tells the two faces of a wall apart."""
+"""Cosine of the largest angle between the normals of a pair: 45 degrees, which also tells the two faces of a wall
+apart.
+"""
 FALSE_INFORMATION = 0.01
-"""Noise of normals of 6 degrees makes a corridor seem to resist along its axis by sin(6 deg)^2 a point; it is taken off."""
+"""Noise of normals of 6 degrees makes a corridor seem to resist along its axis by sin(6 deg)^2 a point; it is taken
+off.
+"""
 
 
 class LocalMap(NamedTuple):
@@ -55,9 +59,11 @@ class Match(NamedTuple):
     share: float
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def local_map(surfaces, members, poses):  # type: ignore[no-untyped-def]
-    """The LocalMap that keyframes ``members`` (m,) of ``surfaces`` make at ``poses`` (K, 3): their points with normals."""
+    """The LocalMap that keyframes ``members`` (m,) of ``surfaces`` make at ``poses`` (K, 3): their points with
+    normals.
+    """
     most = 0
     for k in members:
         most += surfaces.start[k + 1] - surfaces.start[k]
@@ -100,14 +106,14 @@ def register(
 ) -> Match:
     """Where the scan fits on the map, from ``pose`` (3,) on.
 
-    ``prior`` (3, 3) is the information of that first pose [1/m^2, 1/rad^2]; ``noise`` [m] the deviation of a point from its
-    line; ``reach`` [m] how far off the first pose may be. Where the scan does not constrain a direction the first pose
-    stands.
+    ``prior`` (3, 3) is the information of that first pose [1/m^2, 1/rad^2]; ``noise`` [m] the deviation of a point
+    from its line; ``reach`` [m] how far off the first pose may be. Where the scan does not constrain a direction the
+    first pose stands.
     """
     return Match(*_register(scan.points, scan.normals, on, np.asarray(pose, float), prior, noise, reach, rounds))
 
 
-@njit(cache=True, nogil=True)
+@inner
 def linearise(points, normals, on, pose, reach, noise, information, gradient, pairs):  # type: ignore[no-untyped-def]
     """Adds up the normal equations of all pairs, by keyframe of the map; returns how many points found one."""
     information.fill(0.0)
@@ -166,7 +172,7 @@ def linearise(points, normals, on, pose, reach, noise, information, gradient, pa
     return found
 
 
-@njit(cache=True, nogil=True)
+@inner
 def discount(information, gradient):  # type: ignore[no-untyped-def]
     """Takes off, along the least certain direction, the information that noisy normals pretend; in place.
 
@@ -187,7 +193,7 @@ def discount(information, gradient):  # type: ignore[no-untyped-def]
     gradient[1] -= pull * uy
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _register(points, normals, on, first, prior, noise, reach, rounds):  # type: ignore[no-untyped-def]
     pose, off = first.copy(), np.zeros(3)
     information, gradient, pairs = np.zeros((on.owners, 3, 3)), np.zeros((on.owners, 3)), np.zeros(on.owners)

@@ -141,7 +141,9 @@ class Loops:
         self._pending = []
 
     def _candidate(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Old keyframes that the newest may see, and the window (3,) of where it may be; None if it is among friends."""
+        """Old keyframes that the newest may see, and the window (3,) of where it may be; None if it is among
+        friends.
+        """
         s, poses = self.settings, self.keyframes.poses
         first = max(0, len(poses) - 1 - s.local_keyframes)
         d = np.hypot(*(poses[:first] - poses[-1])[:, :2].T)

@@ -1,8 +1,8 @@
-"""LRGC: local registration and global correlation (Gutmann & Konolige, "Incremental mapping of large cyclic environments",
-CIRA 1999; the paper, section IV-A).
+"""LRGC: local registration and global correlation (Gutmann & Konolige, "Incremental mapping of large cyclic
+environments", CIRA 1999; the paper, section IV-A).
 
-Every scan is registered on the local map, which the keyframes around it make; keyframes are linked in a pose graph; loops
-are closed by global correlation; at the end all keyframes are aligned together.
+Every scan is registered on the local map, which the keyframes around it make; keyframes are linked in a pose graph;
+loops are closed by global correlation; at the end all keyframes are aligned together.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def lrgc(log: ScanLog, settings: Slam, watch: Watcher = silent) -> Trajectory:
 class Lrgc:
     """The estimator, one scan at a time.
 
-    ``add`` gives the pose of a scan in the map that is known so far, ``poses`` those of all scans so far, ``finish`` the
-    final ones. ``breaks`` are the scans that could not be connected to the one before.
+    ``add`` gives the pose of a scan in the map that is known so far, ``poses`` those of all scans so far, ``finish``
+    the final ones. ``breaks`` are the scans that could not be connected to the one before.
     """
 
     def __init__(self, bearings: np.ndarray, settings: Slam, has_odometry: bool = True) -> None:

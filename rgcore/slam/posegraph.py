@@ -9,12 +9,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
 from scipy.sparse.linalg import splu
 
 from rgcore.evidence import Evidence
 from rgcore.geometry import se2
+from rgcore.geometry.compiled import kernel
 from rgcore.slam.small import between, times, wrapped
 
 
@@ -24,8 +24,8 @@ class Links(Evidence):
 
     a, b         (L,)       numbers of the two poses
     a_from_b     (L, 3)     what was measured
-    information  (L, 3, 3)  its inverse covariance in the axes of a; may be singular where the scans do not see a direction
-    scale        (L,)       chi squared above which dynamic covariance scaling takes weight off; inf for a link beyond doubt
+    information  (L, 3, 3)  its inverse covariance, axes of a; singular where scans do not see a direction
+    scale        (L,)       chi squared above which scaling takes weight off; inf for a link beyond doubt
     """
 
     a: np.ndarray
@@ -89,7 +89,9 @@ def optimise(poses: np.ndarray, links: Links, rounds: int = 10, enough: float = 
 
 
 def _pattern(n: int, links: Links) -> tuple[csr_matrix, np.ndarray]:
-    """Which 3 x 3 blocks there are, and where they are: those aa, ab, ba, bb of each link (4 L), then the diagonal (n)."""
+    """Which 3 x 3 blocks there are, and where they are: those aa, ab, ba, bb of each link (4 L), then the diagonal
+    (n).
+    """
     a, b, own = links.a, links.b, np.arange(n)
     keys = np.stack([a * n + a, a * n + b, b * n + a, b * n + b], 1)
     blocks, slots = np.unique(np.concatenate([own * n + own, keys.ravel()]), return_inverse=True)
@@ -98,7 +100,7 @@ def _pattern(n: int, links: Links) -> tuple[csr_matrix, np.ndarray]:
     return pattern, np.concatenate([slots[n:].reshape(-1), slots[:n]])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _assemble(poses, a, b, measured, information, scale, slots, blocks, rhs):  # type: ignore[no-untyped-def]
     """Adds the normal equations of all links into ``blocks`` (S, 3, 3) and ``rhs`` (N, 3)."""
     n = len(a)

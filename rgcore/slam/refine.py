@@ -1,17 +1,17 @@
 """Refinement: every keyframe on all its neighbours, all at once, until the map is as sharp as the scans.
 
-One pass pairs the points of each keyframe with those of its neighbours at the poses so far; each pair of keyframes thereby
-gives a link, and the graph of all links is solved; so the rounds are Gauss-Newton steps of the point-to-line alignment of
-all scans together (Lu & Milios 1997; Borrmann et al. 2008).
+One pass pairs the points of each keyframe with those of its neighbours at the poses so far; each pair of keyframes
+thereby gives a link, and the graph of all links is solved; so the rounds are Gauss-Newton steps of the point-to-line
+alignment of all scans together (Lu & Milios 1997; Borrmann et al. 2008).
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from scipy.spatial import cKDTree
 
 from rgcore.config import Slam
+from rgcore.geometry.compiled import kernel
 from rgcore.slam.agreement import agreement
 from rgcore.slam.keyframes import LEAST_PAIRS, Keyframes, write_links
 from rgcore.slam.local import linearise, local_map
@@ -20,7 +20,9 @@ from rgcore.slam.posegraph import Links, optimise
 REACHES = (0.3, 0.15, 0.15, 0.15)
 """How far apart [m] the points of a pair may be, a round."""
 CONTRADICTED = 0.2
-"""Keyframes that contradict each other by more than this share do not stand where the graph says: no pair of them counts."""
+"""Keyframes that contradict each other by more than this share do not stand where the graph says: no pair of them
+counts.
+"""
 
 
 def refine(keyframes: Keyframes, odometry: Links, settings: Slam) -> None:
@@ -34,7 +36,9 @@ def refine(keyframes: Keyframes, odometry: Links, settings: Slam) -> None:
 
 
 def neighbours(keyframes: Keyframes, settings: Slam) -> tuple[np.ndarray, np.ndarray]:
-    """Pairs (a, b) (P,) of keyframes that see the same things, sorted by b: its mates in time, and the nearest of other passes."""
+    """Pairs (a, b) (P,) of keyframes that see the same things, sorted by b: its mates in time, and the nearest of
+    other passes.
+    """
     poses, half = keyframes.poses, settings.local_keyframes // 2
     metric = np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
     pairs = cKDTree(metric).query_pairs(settings.neighbourhood, output_type="ndarray")
@@ -63,7 +67,7 @@ def _pair(keyframes: Keyframes, a: np.ndarray, b: np.ndarray, reach: float, nois
     return Links(a[ok], b[ok], measured[ok], information[ok], np.full(int(ok.sum()), 30.0))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _link_all(surfaces, poses, near, start, reach, noise, measured, information, pairs):  # type: ignore[no-untyped-def]
     for i in range(len(poses)):
         own = slice(start[i], start[i + 1])
@@ -77,7 +81,7 @@ def _link_all(surfaces, poses, near, start, reach, noise, measured, information,
         write_links(a, b, poses, members, poses[i], measured[own], information[own])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _agreements(surfaces, ranges, bearings, poses, a, b):  # type: ignore[no-untyped-def]
     counts = np.zeros((len(a), 3))
     for p in range(len(a)):

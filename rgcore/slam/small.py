@@ -1,21 +1,23 @@
 """Small sums inside compiled loops: single poses (3,) and symmetric 3 x 3 matrices, element by element.
 
-For arrays of poses there is ``geometry.se2``; here its overhead, and the compile time of array expressions, would count.
+For arrays of poses there is ``geometry.se2``; here its overhead, and the time to compile array expressions, would
+count.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import inner, kernel
 
 
-@njit(cache=True, nogil=True)
+@inner
 def wrapped(angle: float) -> float:
     """The angle in (-pi, pi]."""
     return -((np.pi - angle) % (2.0 * np.pi) - np.pi)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def chain(a_from_b: np.ndarray, b_from_c: np.ndarray) -> np.ndarray:
     """``a_from_c``."""
     c, s = np.cos(a_from_b[2]), np.sin(a_from_b[2])
@@ -26,7 +28,7 @@ def chain(a_from_b: np.ndarray, b_from_c: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def between(a_from_b: np.ndarray, a_from_c: np.ndarray) -> np.ndarray:
     """``b_from_c``: where c is, seen from b."""
     c, s = np.cos(a_from_b[2]), np.sin(a_from_b[2])
@@ -36,9 +38,9 @@ def between(a_from_b: np.ndarray, a_from_c: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner
 def inverse(m: np.ndarray) -> np.ndarray:
-    """Inverse (3, 3) of a symmetric positive definite matrix; 1e-3 on its diagonal keeps directions without information."""
+    """Inverse (3, 3) of a symmetric matrix; 1e-3 on its diagonal keeps directions without information."""
     xx, yy, tt, xy, xt, yt = m[0, 0] + 1e-3, m[1, 1] + 1e-3, m[2, 2] + 1e-3, m[0, 1], m[0, 2], m[1, 2]
     a, b, c = yy * tt - yt * yt, xt * yt - xy * tt, xy * yt - xt * yy
     det = xx * a + xy * b + xt * c
@@ -49,7 +51,7 @@ def inverse(m: np.ndarray) -> np.ndarray:
     return out
 
 
-@njit(cache=True, nogil=True)
+@inner
 def times(m: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Matrix (3, 3) times vector (3,)."""
     out = np.empty(3)

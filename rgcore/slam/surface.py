@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import inner, kernel
 
 
 class Surface(NamedTuple):
@@ -16,7 +17,9 @@ class Surface(NamedTuple):
 
 
 class Surfaces(NamedTuple):
-    """The surfaces of many scans in one: those of scan k are ``start[k]..start[k + 1]`` of points and normals (P, 2)."""
+    """The surfaces of many scans in one: those of scan k are ``start[k]..start[k + 1]`` of points and normals (P,
+    2).
+    """
 
     points: np.ndarray
     normals: np.ndarray
@@ -34,7 +37,7 @@ def surface(ranges: np.ndarray, bearings: np.ndarray, max_range: float, spacing:
     return Surface(points[:n], normals[:n])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _surface(ranges, bearings, max_range, spacing, points, normals):  # type: ignore[no-untyped-def]
     """Writes the points and normals; returns how many."""
     n = 0
@@ -63,12 +66,12 @@ def _surface(ranges, bearings, max_range, spacing, points, normals):  # type: ig
     return kept
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _near(xy, i, j, distance):  # type: ignore[no-untyped-def]
     return (xy[i, 0] - xy[j, 0]) ** 2 + (xy[i, 1] - xy[j, 1]) ** 2 < distance * distance
 
 
-@njit(cache=True, nogil=True)
+@inner
 def _fit_normal(xy, lo, hi, normals, k):  # type: ignore[no-untyped-def]
     """Writes normal k, that of the line through echoes lo..hi, if they make one."""
     m = hi - lo + 1

@@ -55,7 +55,7 @@ def track(
 
 
 def _believed(frames: Keyframes, scan: Surface, ranges: np.ndarray, pose: np.ndarray) -> float:
-    """Share of what the newest keyframes and the scan see of each other that they agree about; 1 if they see nothing."""
+    """Share of what scan and newest keyframes see of each other that they agree about; 1 if they see nothing."""
     newest = np.arange(max(0, len(frames) - WITNESSES), len(frames))
     confirmed, contradicted, _ = frames.agree(scan, ranges, pose, newest)
     return float(confirmed / (confirmed + contradicted)) if confirmed + contradicted > 0 else 1.0
