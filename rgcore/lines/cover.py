@@ -95,19 +95,20 @@ def _most(values, start, stop):  # type: ignore[no-untyped-def]
     return most
 
 
-def unhidden(lines: np.ndarray, region: np.ndarray, support: np.ndarray, settings: Settings) -> np.ndarray:
-    """Lines (L, 2, 2) cut back to where no stronger line of the same side and region hides them; some to length 0.
+def unhidden(lines: np.ndarray, support: np.ndarray, settings: Settings) -> np.ndarray:
+    """Lines (L, 2, 2) cut back to where no stronger line of the same side hides them; some to length 0.
 
     Two faces close behind one another cannot both be seen from the same side: the weaker one is noise (a bad pose, a
-    door leaf, a grazing beam), or the next chord of a curved wall, which then begins where the other ends.
+    door leaf, a grazing beam), or the next chord of a curved wall, which then begins where the other ends. That holds
+    across regions too: a wall that runs on from one to the next is in each only once.
     """
     strength = geometry.lengths(lines) * support
     order = np.lexsort((np.arange(len(lines)), -strength))
-    return _unhidden(lines, region, order, 2.0 * settings.distance)
+    return _unhidden(lines, order, 2.0 * settings.distance)
 
 
 @kernel
-def _unhidden(lines, region, order, near):  # type: ignore[no-untyped-def]
+def _unhidden(lines, order, near):  # type: ignore[no-untyped-def]
     out = lines.copy()
     for a in range(len(order)):
         weak = order[a]
@@ -117,8 +118,6 @@ def _unhidden(lines, region, order, near):  # type: ignore[no-untyped-def]
         start, end = 0.0, length
         for b in range(a):
             strong = order[b]
-            if region[strong] != region[weak]:
-                continue
             px, py = out[strong, 0, 0], out[strong, 0, 1]
             ux, uy = out[strong, 1, 0] - px, out[strong, 1, 1] - py
             reach = np.hypot(ux, uy)

@@ -65,7 +65,7 @@ def merge_lines(
     if len(frames) == 0:
         return _no_lines(), line_of
     found, line_of = _cut(frames, line_of, ends, segments.points, eyes, settings)
-    found = unhidden(found, region_of(line_of, region, len(found)), _count(line_of, len(found)), settings)
+    found = unhidden(found, _count(line_of, len(found)), settings)
     keep = geometry.lengths(found) >= settings.min_length
     found, line_of = close_corners(found[keep], settings.corner), _renumbered(line_of, keep)
     return _ordered(found, line_of, ends, center, segments.scan, region)

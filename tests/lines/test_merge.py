@@ -122,13 +122,19 @@ def test_a_long_wall_does_not_drift() -> None:
     assert np.abs(upper.ends[0, :, 1] - 8).max() < 0.02
 
 
-def test_regions_do_not_mix() -> None:
-    seen = see([BOX], [drive(-5, 0, 5, 0)])
-    region = (seen[0].scan >= 15).astype(int)
-    lines, line_of = merged(seen, region)
+def test_regions_do_not_mix_and_share_no_wall() -> None:
+    world = np.concatenate([BOX, wall(0, -8, 0, -0.5), wall(0, 0.5, 0, 8)])
+    s, trajectory = see([world], [drive(-20, 0, 20, 0, 60)])
+    middle = geometry.transformed(trajectory.map_from_laser[s.scan], s.ends).mean(1)
+    region = (middle[:, 0] > 0).astype(int)
+    lines, line_of = merged((s, trajectory), region)
     for k in range(len(lines)):
         assert (region[line_of == k] == lines.region[k]).all()
-    assert set(lines.region) == {0, 1}
+    for y in (-8, 8):
+        parts = near(lines, -29, y - 0.2, 29, y + 0.2)
+        assert sorted(parts.region) == [0, 1]
+        reach = np.sort(parts.ends[..., 0], axis=1)
+        assert reach[parts.region == 0].max() <= reach[parts.region == 1].min() + 0.1
 
 
 def test_the_order_of_the_segments_does_not_matter() -> None:
