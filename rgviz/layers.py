@@ -112,12 +112,14 @@ def _floors(map_: RGMap, artist: Artist) -> Drawings:
 
 
 def _outlines(map_: RGMap, _: Artist) -> Drawings:
-    strokes, colors = [], []
+    by_class: dict[str, list[np.ndarray]] = {}
     for region in map_.regions.values():
         for ring in (region.boundary, *region.holes):
-            strokes.append(_ring(np.asarray(ring)))
-            colors.append(np.tile(theme.class_color(region.class_), (len(ring), 1)))
-    return {"rings": Strokes(_strokes(strokes, theme.Z_OUTLINE), _stack(colors), theme.OUTLINE_WIDTH)}
+            by_class.setdefault(region.class_, []).append(_ring(np.asarray(ring)))
+    return {
+        node_name(c): Strokes(_strokes(rings, theme.Z_OUTLINE), theme.class_color(c), theme.THIN_WIDTH)
+        for c, rings in sorted(by_class.items())
+    }
 
 
 def _lines(map_: RGMap, artist: Artist) -> Drawings:
@@ -271,10 +273,6 @@ def _ring(corners: np.ndarray) -> np.ndarray:
 
 def _strokes(parts: list[np.ndarray], z: float) -> np.ndarray:
     return _at(np.concatenate(parts) if parts else np.zeros((0, 2, 2)), z)
-
-
-def _stack(parts: list[np.ndarray]) -> np.ndarray:
-    return np.concatenate(parts) if parts else np.zeros((0, 3))
 
 
 def _at(points: np.ndarray, z: float) -> np.ndarray:

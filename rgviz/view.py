@@ -65,8 +65,9 @@ class View:
 
     def select(self, items: tuple[Item, ...]) -> None:
         self.selection = tools.still_there(self.map, items)
-        self._draw_selection()
         self.panels.show_selection()
+        self.client.flush()  # the words need no frame of the picture: let them go ahead
+        self._draw_selection()
 
     def do(self, edit: Edit) -> None:
         self.app.opened.do(edit, by="browser")
@@ -132,8 +133,9 @@ class View:
     def map_changed(self) -> None:
         """The map is another one: let go of what is gone, show what is there."""
         self.selection = tools.still_there(self.map, self.selection)
-        self._draw_selection()
         self.panels.refresh()
+        self.client.flush()
+        self._draw_selection()
         self.tell_labels()
 
     def show_title(self) -> None:

@@ -137,7 +137,7 @@ def test_only_what_changed_is_drawn_again() -> None:
     assert touched(MAP) == set()
     assert touched(RenameRegion(region="r4", name="lab").apply(MAP)) == set()
     relabelled = ClassifyRegion(region="r4", class_="CC").apply(MAP)
-    assert touched(relabelled) == {"/floors/cTOMA", "/floors/cCC", "/outlines/rings"}
+    assert touched(relabelled) == {"/floors/cTOMA", "/floors/cCC", "/outlines/cTOMA", "/outlines/cCC"}
     touched(MAP)
     seeded = object_from_lines(MAP, ["l29", "l30"], 1.0).apply(MAP)
     assert {c.split("/")[1] for c in touched(seeded)} == {"objects", "walls"}
