@@ -29,6 +29,44 @@ def simplify(polygon: Polygon, tolerance: float) -> Polygon:
     return max(_parts(simple.buffer(0)), key=lambda p: p.area, default=polygon)
 
 
+def straighten(shape: Polygon, tolerance: float) -> Polygon:
+    """The polygon with straight edges: split where it bends by more than ``tolerance`` [m] (Douglas & Peucker 1973),
+    each edge the least-squares line of its piece of outline, corners where these meet."""
+    rings_ = [np.asarray(r.coords)[:-1] for r in (shape.exterior, *shape.interiors)]
+    fitted = [_straight_ring(r, tolerance) for r in rings_]
+    outer = Polygon(fitted[0])
+    whole = Polygon(fitted[0], [h for h in fitted[1:] if len(h) >= 3])
+    good = whole if whole.is_valid else outer
+    if good.is_valid and abs(good.area - shape.area) < 0.1 * shape.area:
+        return good
+    return simplify(shape, tolerance)
+
+
+def _straight_ring(ring: np.ndarray, tolerance: float) -> np.ndarray:
+    """Corners (n, 2) of a ring (m, 2) after fitting its straight pieces."""
+    dense = np.asarray(shapely.LinearRing(ring).segmentize(tolerance / 2).coords)[:-1]
+    corners = np.asarray(Polygon(dense).simplify(tolerance, preserve_topology=True).exterior.coords)[:-1]
+    start = [int(np.hypot(*(dense - c).T).argmin()) for c in corners]
+    if len(start) < 3 or dense.shape[0] < 6:
+        return corners
+    direction = 1 if (start[1] - start[0]) % len(dense) < len(dense) / 2 else -1
+    pieces = []
+    for i, a in enumerate(start):
+        n = direction * (start[(i + 1) % len(start)] - a) % len(dense)
+        piece = dense[(a + direction * np.arange(n + 1)) % len(dense)]
+        middle = piece.mean(0)
+        _, axes = np.linalg.eigh(np.cov((piece - middle).T) + 1e-12 * np.eye(2)) if n > 1 else (None, None)
+        along = axes[:, 1] if axes is not None else piece[-1] - piece[0]
+        pieces.append((middle, along / max(np.hypot(*along), 1e-9)))
+    out = []
+    for i, corner in enumerate(corners):
+        (p, u), (q, v) = pieces[i - 1], pieces[i]
+        turn = u[0] * v[1] - u[1] * v[0]
+        meet = p + u * ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / turn if abs(turn) > 0.3 else corner
+        out.append(meet if np.hypot(*(meet - corner)) < 3 * tolerance else corner)
+    return np.array(out)
+
+
 def rings(polygon: Polygon, digits: int = 4) -> tuple[Ring, tuple[Ring, ...]]:
     """Outline (counter-clockwise) and holes (clockwise) as plain points, rounded to ``digits`` decimals of a metre."""
     p = shapely.geometry.polygon.orient(polygon)

@@ -11,10 +11,10 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.places.chords import find_chords
+from rgcore.places.divide import open_space
 from rgcore.places.floors import Floor, random_floor, scanned
-from rgcore.places.gateways import KINDS, WEIGHTS, features
+from rgcore.places.hypotheses import KINDS, WEIGHTS, features
 from rgcore.places.network import Network
-from rgcore.places.regions import open_space
 
 SEED, FLOORS, HELD_OUT = 11, 600, 30
 
