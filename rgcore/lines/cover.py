@@ -14,6 +14,8 @@ _WINDOW = 60  # bins (1.5 m) on each side that a bin's coverage is compared with
 _GAP_SHARE = 0.08  # of the coverage left and right: less is a gap that a few far segments bridged
 _END_SHARE = 0.03  # the same at the ends, where the wall may just be seen less
 _ALIKE = np.cos(np.deg2rad(30.0))  # directions that may belong to one wall
+_FAR_STRONGER = 10.0  # such a wall also hides what a few bad poses saw well behind it
+_LEAST = 1e-3  # echoes a bin: more than what rounding leaves
 _SMOOTH = 2  # bins on each side over which hits and passes are compared
 
 
@@ -41,9 +43,7 @@ def covered_runs(
     first = np.concatenate([[0], np.cumsum(bins)])
     lines = frames[:, None, :2] + np.stack([low, low + bins * _BIN], 1)[..., None] * frames[:, None, 2:]
     passes = count_passes(lines, first, _BIN, segments, eyes, points, 1.5 * settings.distance)
-    return _runs(
-        first, low, line_of[own], spans, points[own].astype(np.float64), passes, settings.gap, settings.min_support
-    )
+    return _runs(first, low, line_of[own], spans, points[own].astype(np.float64), passes, settings.gap)
 
 
 def spans_of(frames: np.ndarray, segments: np.ndarray) -> np.ndarray:
@@ -52,19 +52,16 @@ def spans_of(frames: np.ndarray, segments: np.ndarray) -> np.ndarray:
 
 
 @kernel
-def _runs(first, low, line_of, spans, points, passes, gap, min_support):  # type: ignore[no-untyped-def]
-    hits, number = np.zeros(first[-1] + 1), np.zeros(first[-1] + 1)
+def _runs(first, low, line_of, spans, points, passes, gap):  # type: ignore[no-untyped-def]
+    hits = np.zeros(first[-1] + 1)
     for k in range(len(spans)):  # steps up and down, then their running sum
         g = line_of[k]
         i = first[g] + int((spans[k, 0] - low[g]) / _BIN + 0.5)
         j = max(i + 1, first[g] + int((spans[k, 1] - low[g]) / _BIN + 0.5))
         hits[i] += points[k] / (j - i)
         hits[j] -= points[k] / (j - i)
-        number[i] += 1
-        number[j] -= 1
     for b in range(1, len(hits)):
         hits[b] += hits[b - 1]
-        number[b] += number[b - 1]
     runs, of = np.zeros((first[-1], 2)), np.zeros(first[-1], np.int64)
     n = 0
     for g in range(len(low)):
@@ -72,7 +69,7 @@ def _runs(first, low, line_of, spans, points, passes, gap, min_support):  # type
         last = start - int(gap / _BIN) - 2
         for b in range(start, stop):
             left, right = _most(hits, max(start, b - _WINDOW), b + 1), _most(hits, b, min(stop, b + _WINDOW + 1))
-            if number[b] < min_support or hits[b] < max(_GAP_SHARE * min(left, right), _END_SHARE * max(left, right)):
+            if hits[b] < max(_LEAST, _GAP_SHARE * min(left, right), _END_SHARE * max(left, right)):
                 continue
             through = 0.0
             for q in range(max(start, b - _SMOOTH), min(stop, b + _SMOOTH + 1)):
@@ -104,11 +101,11 @@ def unhidden(lines: np.ndarray, support: np.ndarray, settings: Settings) -> np.n
     """
     strength = geometry.lengths(lines) * support
     order = np.lexsort((np.arange(len(lines)), -strength))
-    return _unhidden(lines, order, 2.0 * settings.distance)
+    return _unhidden(lines, strength, order, 2.0 * settings.distance)
 
 
 @kernel
-def _unhidden(lines, order, near):  # type: ignore[no-untyped-def]
+def _unhidden(lines, strength, order, near):  # type: ignore[no-untyped-def]
     out = lines.copy()
     for a in range(len(order)):
         weak = order[a]
@@ -124,9 +121,10 @@ def _unhidden(lines, order, near):  # type: ignore[no-untyped-def]
             if reach == 0.0 or wx * ux + wy * uy < _ALIKE * reach:
                 continue
             ux, uy = ux / reach, uy / reach
+            behind = 2.0 * near if strength[strong] > _FAR_STRONGER * strength[weak] else near
             x, y = lines[weak, 0, 0] - px, lines[weak, 0, 1] - py
             low, high = _between(x * ux + y * uy, wx * ux + wy * uy, 0.0, reach)
-            near_low, near_high = _between(y * ux - x * uy, wy * ux - wx * uy, -near, near)
+            near_low, near_high = _between(y * ux - x * uy, wy * ux - wx * uy, -behind, near)
             low, high = max(start, low, near_low), min(end, high, near_high)
             if low >= high:
                 continue
