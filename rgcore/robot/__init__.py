@@ -1,0 +1,1 @@
+"""What does a robot ask of the map? Where it is on it."""
