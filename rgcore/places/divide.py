@@ -21,8 +21,9 @@ hallway's mouth unless something as wide as a room lies behind it."""
 HALLWAY = 3.5
 """m: no hallway is wider."""
 
-THIN, DOORWAY = 0.5, 1.7
-"""m: the wall between two doors is at most so thick, and each of the doors at most so wide."""
+PIECE, THIN, THICK, DOORWAY = 0.8, 0.3, 0.5, 1.7
+"""m: a thing so long and thin is a piece of wall; one no thicker than the third between two openings no wider than the
+last, in line with the walls beyond them, as well."""
 
 
 def open_space(free: FreeSpace, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
@@ -38,14 +39,14 @@ def open_space(free: FreeSpace, settings: Settings) -> tuple[np.ndarray, np.ndar
     size[0] = np.inf
     things = np.nonzero(size < settings.furniture)[0]
     removed = np.zeros(len(stats), bool)
-    removed[things] = ~_in_line(mask, free.hits > 0, labels, stats, things, free.resolution)
+    removed[things] = ~_parts_doors(mask, free.hits > 0, labels, stats, things, free.resolution)
     return mask | removed[labels], (removed & (size >= settings.clutter))[labels]
 
 
-def _in_line(
+def _parts_doors(
     mask: np.ndarray, seen: np.ndarray, labels: np.ndarray, stats: np.ndarray, things: np.ndarray, resolution: float
 ) -> np.ndarray:
-    """Whether each thing lies between two walls that go on in one line with it: what parts two doors, not furniture."""
+    """Whether each thing is a piece of wall rather than furniture: thin and long, or in one line between two walls."""
     angle = np.arange(0, np.pi, np.radians(5))
     direction = np.stack([np.cos(angle), np.sin(angle)], 1)
     walls = dilate(seen & ~mask, 1)
@@ -56,13 +57,17 @@ def _in_line(
         middle = cells.mean(0)
         along = (cells - middle) @ direction.T
         across = (cells - middle) @ np.stack([-direction[:, 1], direction[:, 0]])
-        ok = np.ptp(across, axis=0) * resolution < THIN
+        thick = np.ptp(across, axis=0) * resolution
+        if np.hypot(w, h) * resolution >= PIECE and thick.min() < THIN:
+            out[k] = True
+            continue
+        ok = thick < THICK
         for sign, tip in ((1, along.max(0)), (-1, along.min(0))):
             start = middle + (tip + 2 * sign)[:, None] * direction
             way = reach(mask, start, sign * direction, DOORWAY / resolution)
             ok &= way * resolution < DOORWAY
             wall = start + (sign * (way + 1))[:, None] * direction
-            ok &= reach(walls, wall, sign * direction, 0.5 / resolution) * resolution > 0.45
+            ok &= reach(walls, wall, sign * direction, 1.0 / resolution) * resolution > 0.8
         out[k] = ok.any()
     return out
 
