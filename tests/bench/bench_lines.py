@@ -94,7 +94,9 @@ def main() -> None:
     acc = a.of(np.ones(len(log), bool))
     print(f"accuracy  {seconds:7.3f} s  {len(log) / seconds:10,.0f} scans/s     acc {acc:.3f} m, missed {missed:.1%}")
     for size in (10_000, 100_000, 1_000_000):
-        many, way = copies(s, trajectory, max(1, round(size / len(s))))
+        if size < len(s):
+            continue
+        many, way = copies(s, trajectory, round(size / len(s)))
         region = np.zeros(len(many), np.int64)
         began = time.process_time()
         merge_lines(many, way, region, DEFAULT.lines)
