@@ -22,15 +22,16 @@ from rgcore.errors import InputError, ProjectError, RgError
 from rgcore.exports.formats import FORMATS, render
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
-from rgviz import status, theme
+from rgviz import facts, status, theme
 from rgviz.bridge import HEAD
 from rgviz.gate import File, Gate, hosts_for, link, new_token
 from rgviz.jobs import Finished, MappingJob, Report
+from rgviz.labels import labels
 from rgviz.page import furnish
 from rgviz.picking import Picker
 from rgviz.scene import Scene
 from rgviz.server import close_server, open_server, patched_page
-from rgviz.session import Session, Worker
+from rgviz.session import Latest, Session, Worker
 from rgviz.view import View
 
 
@@ -50,7 +51,9 @@ class App:
         self.views: dict[int, View] = {}
         self.pace = status.Pace()
         self._name = theme.NAME
-        self._picker: Picker | None = None
+        self.picker = Latest(Picker)
+        self.labels = Latest(lambda m: labels(m, self.scene.artist))
+        self.legend = Latest(facts.legend)
         self.server = open_server(self.gate, host, port)
         self.scene = Scene(self.server)
         furnish(self)
@@ -69,12 +72,6 @@ class App:
     @property
     def title(self) -> str:
         return self._name
-
-    @property
-    def picker(self) -> Picker:
-        if self._picker is None or self._picker.map is not self.map:
-            self._picker = Picker(self.map)
-        return self._picker
 
     @property
     def opened(self) -> Session:

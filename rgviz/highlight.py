@@ -17,7 +17,7 @@ def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
     for i in items:
         if i.kind == "region":
             r = map_.regions[i.id]
-            strokes += [_ring(ring) for ring in (r.boundary, *r.holes)]
+            strokes.append(_raised(artist.rings(r)))
             floors.setdefault(r.class_, []).append(artist.floor(r).reshape(-1, 2))
         elif i.kind == "gateway":
             strokes.append(_raised(np.array([map_.gateways[i.id].posts])))
@@ -41,11 +41,6 @@ def box(o: MapObject) -> Drawings:
     """The edges of a box that is being moved."""
     edges = object_corners(o)[BOX_EDGES].astype(np.float32)
     return {"edges": Strokes(edges, theme.SELECTION, theme.SELECTION_WIDTH)}
-
-
-def _ring(ring: tuple[tuple[float, float], ...]) -> np.ndarray:
-    a = np.asarray(ring)
-    return _raised(np.stack([a, np.roll(a, -1, 0)], 1))
 
 
 def _raised(strokes: np.ndarray) -> np.ndarray:

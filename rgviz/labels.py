@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from rgcore.model.records import RGMap
 from rgviz import theme
 from rgviz.layers import Artist
@@ -19,11 +17,19 @@ def labels(map_: RGMap, artist: Artist) -> list[dict[str, Any]]:
     """
     out = []
     for r in map_.regions.values():
-        (x, y), _ = artist.middle(r)
+        x, y = artist.middle(r)
         color = theme.css(tuple(int(0.62 * c) for c in theme.class_color(r.class_)))  # type: ignore[arg-type]
         out.append(
-            _label("region", r.id, r.name or r.id, x, y, room=float(np.ptp(np.asarray(r.boundary)[:, 0])), least=24)
-            | {"color": color, "note": r.class_, "weight": 1e3 + float(np.prod(r.box.size))}
+            _label(
+                "region",
+                r.id,
+                r.name or r.id,
+                x,
+                y,
+                room=max(p[0] for p in r.boundary) - min(p[0] for p in r.boundary),
+                least=24,
+            )
+            | {"color": color, "note": r.class_, "weight": 1e3 + r.box.size[0] * r.box.size[1]}
         )
     for g in map_.gateways.values():
         (ax, ay), (bx, by) = g.posts

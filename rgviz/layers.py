@@ -1,13 +1,14 @@
 """The layers of the view: each a function from the map to a few drawings (plain arrays; no viser here).
 
-A layer is drawn whole into a handful of batched nodes, never one node a thing, and is drawn again only when one of the tables
-that it names in ``reads`` has changed.
+A layer is drawn whole into a handful of batched nodes, never one node a thing, and is drawn again only when a field that it
+names in ``reads`` has changed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from rgcore.geometry.polygons import label_place, triangulate
 from rgcore.model.records import Box2, MapObject, Region, RGMap
 from rgviz import theme
 from rgviz.theme import RGB
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -59,31 +63,35 @@ class Artist:
     points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.float32))
     trajectory: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
     colors: dict[str, RGB] = field(default_factory=dict)
-    _floors: dict[str, tuple[object, np.ndarray]] = field(default_factory=dict)
-    _middles: dict[str, tuple[object, tuple[tuple[float, float], float]]] = field(default_factory=dict)
+    _kept: dict[tuple[str, str], tuple[object, Any]] = field(default_factory=dict)
 
     def floor(self, region: Region) -> np.ndarray:
-        """(T, 3, 2) triangles of a region's floor; computed once for an outline."""
-        kept = self._floors.get(region.id)
-        if kept is None or kept[0] is not region.boundary:
-            kept = self._floors[region.id] = (region.boundary, triangulate(region.boundary, region.holes))
-        return kept[1]
+        """(T, 3, 2) triangles of a region's floor."""
+        return self._once("floor", region, lambda: triangulate(region.boundary, region.holes))
 
-    def middle(self, region: Region) -> tuple[tuple[float, float], float]:
-        """Where a region's name stands, and the radius that is free around it [m]; computed once for an outline."""
-        kept = self._middles.get(region.id)
+    def rings(self, region: Region) -> np.ndarray:
+        """(N, 2, 2) strokes around a region and its holes."""
+        return self._once("rings", region, lambda: np.concatenate([_ring(r) for r in (region.boundary, *region.holes)]))
+
+    def middle(self, region: Region) -> tuple[float, float]:
+        """Where a region's name stands: inside, with room around it."""
+        return self._once("middle", region, lambda: label_place(region.boundary, region.holes)[0])
+
+    def _once(self, what: str, region: Region, compute: Callable[[], T]) -> T:
+        """Computed once for an outline, which stays the same object as long as nobody reshapes the region."""
+        kept = self._kept.get((what, region.id))
         if kept is None or kept[0] is not region.boundary:
-            kept = self._middles[region.id] = (region.boundary, label_place(region.boundary, region.holes))
+            kept = self._kept[what, region.id] = (region.boundary, compute())
         return kept[1]
 
 
 @dataclass(frozen=True)
 class Layer:
-    """``name`` is the node that holds it, ``reads`` the tables of the map that it depends on."""
+    """``name`` is the node that holds it; ``reads`` the fields, by table of the map, that it is drawn from."""
 
     name: str
     title: str
-    reads: frozenset[str]
+    reads: Mapping[str, tuple[str, ...]]
     draw: Callable[[RGMap, Artist], Drawings]
     shown: bool = True
     hint: str = ""
@@ -111,11 +119,10 @@ def _floors(map_: RGMap, artist: Artist) -> Drawings:
     return out
 
 
-def _outlines(map_: RGMap, _: Artist) -> Drawings:
+def _outlines(map_: RGMap, artist: Artist) -> Drawings:
     by_class: dict[str, list[np.ndarray]] = {}
     for region in map_.regions.values():
-        for ring in (region.boundary, *region.holes):
-            by_class.setdefault(region.class_, []).append(_ring(np.asarray(ring)))
+        by_class.setdefault(region.class_, []).append(artist.rings(region))
     return {
         node_name(c): Strokes(_strokes(rings, theme.Z_OUTLINE), theme.class_color(c), theme.THIN_WIDTH)
         for c, rings in sorted(by_class.items())
@@ -194,23 +201,45 @@ def _nothing(_: RGMap, __: Artist) -> Drawings:
     return {}
 
 
-def _reads(*tables: str) -> frozenset[str]:
-    return frozenset(tables)
-
+_OUTLINE = {"regions": ("class_", "boundary", "holes")}
+_SHAPE = ("start", "end")
 
 LAYERS: tuple[Layer, ...] = (
-    Layer("/floors", "Floors", _reads("regions"), _floors, hint="coloured by class"),
-    Layer("/outlines", "Outlines", _reads("regions"), _outlines),
-    Layer("/labels", "Labels", _reads("regions", "gateways", "objects"), _nothing, hint="more of them as you zoom in"),
-    Layer("/lines", "Lines", _reads("lines"), _lines, hint="coloured by region"),
-    Layer("/gateways", "Gateways", _reads("gateways"), _gateways, hint="posts, crossing-points, gateway-points"),
-    Layer("/objects", "Objects", _reads("objects"), _objects),
-    Layer("/points", "Points", _reads(), _points),
-    Layer("/trajectory", "Trajectory", _reads(), _trajectory, shown=False),
-    Layer("/boxes", "Boxes", _reads("regions"), _boxes, shown=False, hint="all possible robot positions"),
-    Layer("/axes", "Main axes", _reads("regions"), _axes, shown=False),
-    Layer("/walls", "Walls (3D)", _reads("lines", "objects"), _walls, shown=False, hint="lines raised"),
+    Layer("/floors", "Floors", _OUTLINE, _floors, hint="coloured by class"),
+    Layer("/outlines", "Outlines", _OUTLINE, _outlines),
+    Layer("/labels", "Labels", {}, _nothing, hint="more of them as you zoom in"),
+    Layer("/lines", "Lines", {"lines": (*_SHAPE, "regions")}, _lines, hint="coloured by region"),
+    Layer(
+        "/gateways",
+        "Gateways",
+        {"gateways": ("posts", "crossing_points", "gateway_points")},
+        _gateways,
+        hint="posts, crossing-points, gateway-points",
+    ),
+    Layer("/objects", "Objects", {"objects": ("center", "size", "yaw")}, _objects),
+    Layer("/points", "Points", {}, _points),
+    Layer("/trajectory", "Trajectory", {}, _trajectory, shown=False),
+    Layer("/boxes", "Boxes", {"regions": ("box",)}, _boxes, shown=False, hint="all possible robot positions"),
+    Layer("/axes", "Main axes", {"regions": ("box", "axes")}, _axes, shown=False),
+    Layer("/walls", "Walls (3D)", {"lines": _SHAPE, "objects": ("lines",)}, _walls, shown=False, hint="lines raised"),
 )
+
+
+def outdated(layer: Layer, before: RGMap | None, after: RGMap) -> bool:
+    """Whether a layer must be drawn anew: something that it reads is another value than before."""
+    if before is None:
+        return True
+    for table, names in layer.reads.items():
+        old, new = getattr(before, table), getattr(after, table)
+        if old is new:
+            continue
+        if old.keys() != new.keys():
+            return True
+        changed = ((old[k], v) for k, v in new.items() if old[k] is not v)
+        if any(getattr(a, n) is not getattr(b, n) for a, b in changed for n in names):
+            return True
+    return False
+
 
 BOX_FACES = np.array(
     [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]]
@@ -266,9 +295,10 @@ def bounds(points: np.ndarray) -> np.ndarray:
     return np.array([low - pad, high + pad])
 
 
-def _ring(corners: np.ndarray) -> np.ndarray:
+def _ring(corners: np.ndarray | tuple[tuple[float, float], ...]) -> np.ndarray:
     """(N, 2) as the (N, 2, 2) strokes of the closed ring."""
-    return np.stack([corners, np.roll(corners, -1, 0)], 1)
+    c = np.asarray(corners, float)
+    return np.stack([c, np.concatenate([c[1:], c[:1]])], 1)
 
 
 def _strokes(parts: list[np.ndarray], z: float) -> np.ndarray:

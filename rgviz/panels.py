@@ -53,7 +53,7 @@ class Panels:
             button.disabled = title is None or app.read_only
             button.visible = app.session is not None
         self._status.content = app.status_html()
-        self._legend.content = facts.legend(self.view.map)
+        self._legend.content = app.legend(self.view.map)
         self._downloads.visible = app.session is not None
         if (self._shown, self._open) == (self.view.selection, app.session is not None):
             for refresh in self._refreshers:

@@ -10,11 +10,10 @@ import viser
 from rgcore.model.records import RGMap
 from rgviz import theme
 from rgviz.glb import strokes_glb
-from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, extent, growing_path
+from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, extent, growing_path, outdated
 
 MOST_THICK = 1200
 """strokes of a drawing that are drawn thick; more become a pixel wide, which is six times faster without a GPU"""
-TABLES = ("lines", "regions", "gateways", "objects")
 
 
 class Canvas:
@@ -79,12 +78,9 @@ class Scene:
     def show(self, map_: RGMap) -> list[str]:
         """Show this map; the names of the layers that were drawn anew."""
         before, self.map = self.map, map_
-        if before is not None and all(getattr(before, t) is getattr(map_, t) for t in TABLES):
-            return []
-        changed = {t for t in TABLES if before is None or getattr(before, t) is not getattr(map_, t)}
-        if changed & {"regions", "gateways"}:
+        if before is None or before.regions.keys() != map_.regions.keys():
             self.artist.colors = theme.region_colors(map_, self.artist.colors)
-        return self._redraw([layer for layer in LAYERS if layer.reads & changed])
+        return self._redraw([layer for layer in LAYERS if layer.reads and outdated(layer, before, map_)])
 
     def _redraw(self, layers: list[Layer]) -> list[str]:
         drawn = [(layer.name, layer.draw(self.map or RGMap(), self.artist)) for layer in layers]

@@ -6,13 +6,14 @@ import logging
 import queue
 import threading
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from rgcore.errors import RgError
 from rgcore.model.edits import Edit
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 
+T = TypeVar("T")
 log = logging.getLogger(__name__)
 
 Listener = Callable[[RGMap, RGMap], None]
@@ -59,6 +60,19 @@ class Session:
             if after is not before:
                 for listener in self._listeners:
                     listener(before, after)
+
+
+class Latest(Generic[T]):
+    """Something made of the map, kept as long as the map is the same object: for what several browsers need."""
+
+    def __init__(self, make: Callable[[RGMap], T]) -> None:
+        self._make = make
+        self._last: tuple[RGMap, T] | None = None
+
+    def __call__(self, map_: RGMap) -> T:
+        if self._last is None or self._last[0] is not map_:
+            self._last = (map_, self._make(map_))
+        return self._last[1]
 
 
 class Worker:

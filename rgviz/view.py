@@ -14,7 +14,6 @@ from rgcore.model.edits import Edit, object_from_lines
 from rgcore.model.records import MapObject, RGMap
 from rgviz import highlight, theme, tools
 from rgviz.bridge import Bridge, Commit, FromBrowser
-from rgviz.labels import labels
 from rgviz.panels import Panels
 from rgviz.picking import Item
 from rgviz.scene import Canvas
@@ -57,7 +56,7 @@ class View:
     def click(self, event: Any, add: bool = False) -> None:
         """A click on the picture selects what lies under it; with ``add`` a line is added to the selection."""
         ray = (np.asarray(event.ray_origin), np.asarray(event.ray_direction))
-        item = self.app.picker.at(self.client.camera, event.screen_pos, ray, lines_first=add)
+        item = self.app.picker(self.map).at(self.client.camera, event.screen_pos, ray, lines_first=add)
         if item is not None:
             self.select(tools.added(self.selection, item) if add else (item,))
         elif not add:
@@ -145,7 +144,7 @@ class View:
         self.bridge.tell("extent", extent=self.app.scene.extent.tolist())
 
     def tell_labels(self) -> None:
-        self.bridge.tell("labels", labels=labels(self.map, self.app.scene.artist))
+        self.bridge.tell("labels", labels=self.app.labels(self.map))
 
     # ---- parts --------------------------------------------------------------------------------------------------------
 

@@ -120,7 +120,7 @@ class Recorder:
         self.calls.append(name)
         return SimpleNamespace(remove=lambda: self.calls.append(f"-{name}"))
 
-    add_line_segments = add_point_cloud = add_mesh_simple = _add
+    add_line_segments = add_point_cloud = add_mesh_simple = add_glb = _add
 
 
 def test_only_what_changed_is_drawn_again() -> None:
