@@ -85,9 +85,9 @@ class Places(Settings):
     min_gateway: Annotated[float, setting("m", "narrower gaps let no robot through", gt=0, le=5)] = 0.5
     max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 5.0
     clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
-    min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.5
-    unpassed_confidence: Annotated[float, setting("1", "a gap between cabinets looks like a door; what was driven through is surer", ge=0, le=1)] = 0.9
-    weak_confidence: Annotated[float, setting("1", "a chord above it still counts where it closes a room together with a sure one", ge=0, le=1)] = 0.2
+    min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.6
+    unpassed_confidence: Annotated[float, setting("1", "a gap between cabinets looks like a door; what was driven through is surer", ge=0, le=1)] = 0.97
+    weak_confidence: Annotated[float, setting("1", "a chord above it still counts where it closes a room together with a sure one", ge=0, le=1)] = 0.3
     furniture: Annotated[float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)] = 1.8
     snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
     split_hallways: Annotated[bool, setting("-", "hallways that bend or cross stay one region; true cuts them at junctions")] = False

@@ -10,7 +10,7 @@ from rgcore.geometry.grid import Grid, dilate, erode
 from rgcore.places.chords import find_chords
 from rgcore.places.divide import cut, open_space
 from rgcore.places.freespace import FreeSpace
-from rgcore.places.gateways import find_gateways
+from rgcore.places.gateways import crossings, find_gateways
 from rgcore.places.hypotheses import Hypotheses, judge
 from rgcore.places.places import FoundRegion, Places
 from rgcore.scans.extract import Segments
@@ -24,9 +24,19 @@ def find_places(
     """Cut the free space at its gateways; what is left in one piece is a region."""
     open_, furniture = open_space(free, settings)
     found = judge(find_chords(open_, free.resolution, settings), free.resolution, settings)
+    found = _less_sure_unpassed(found, free, trajectory, settings)
     labels, cuts = cut(open_, found, free.resolution, settings)
     labels[furniture] = -1
     return _places(free.grid(labels), found[np.array(cuts, int)], trajectory, settings)
+
+
+def _less_sure_unpassed(found: Hypotheses, free: FreeSpace, trajectory: Trajectory, settings: Settings) -> Hypotheses:
+    """The hypotheses, weak where the robot never went through and the network is not nearly sure."""
+    posts = free.origin + (found.posts + 0.5) * free.resolution
+    positions = trajectory.map_from_base[:, :2]
+    passed = np.array([len(crossings(positions, a, b)) > 0 for a, b in posts], bool)
+    weak = found.weak | (~passed & (found.score < settings.unpassed_confidence))
+    return Hypotheses(found.posts, found.score, found.kind, weak)
 
 
 def _places(labels: Grid, found: Hypotheses, trajectory: Trajectory, settings: Settings) -> Places:
