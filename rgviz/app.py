@@ -1,7 +1,7 @@
 """The app: a gated server, the session behind it, a view for each browser in front of it.
 
-One way round: a browser's event is posted to the editor's thread, a command or tool makes an edit of it, the session writes
-and makes it, the scene draws what changed, every browser sees it.
+One way round: a browser's event is posted to the editor's thread, a command or tool makes an edit of it, the session
+writes and makes it, the scene draws what changed, every browser sees it.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class App:
         self.scene = Scene(self.server)
         furnish(self)
 
-    # ---- state that views read ----------------------------------------------------------------------------------------
+    # ---- state that views read --------------------------------------------------------------------
 
     @property
     def url(self) -> str:
@@ -91,7 +91,7 @@ class App:
     def redo_title(self) -> str | None:
         return self.session.redo_title if self.session else None
 
-    # ---- what there is to show ----------------------------------------------------------------------------------------
+    # ---- what there is to show --------------------------------------------------------------------
 
     def open_project(self, path: Path) -> None:
         """Open a project and show it. Raises ProjectError."""
@@ -119,7 +119,7 @@ class App:
             return status.failed(self.failure)
         return status.progress(self.pace) if self.session is None else status.held(self.session.project)
 
-    # ---- on the editor's thread ---------------------------------------------------------------------------------------
+    # ---- on the editor's thread -------------------------------------------------------------------
 
     def _show_project(self, project: Project) -> None:
         self.session = Session(project)

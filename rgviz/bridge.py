@@ -1,4 +1,4 @@
-"""Between Python and ``static/rgviz.js`` in one browser: messages there by viser's script message, back by a hidden field."""
+"""Between Python and ``static/rgviz.js`` in one browser: there by viser's script message, back by a hidden field."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Command:
-    """``keys``: "Z", "cmd/ctrl+Z" ... as viser names them, the first one shown; ``run`` acts for the browser that asked."""
+    """``keys``: "Z", "cmd/ctrl+Z" ... as viser names them, the first one shown; ``run`` acts for who asked."""
 
     name: str
     title: str

@@ -120,28 +120,19 @@ def overview(map_: RGMap, title: str) -> str:
 
 def legend(map_: RGMap) -> str:
     """Swatches with the counts of everything that is drawn."""
-    rows = [
-        ("solid", theme.css(theme.over_white(theme.class_color(c))), theme.css(theme.class_color(c)), class_title(c), n)
-        for c, n in _counted(r.class_ for r in map_.regions.values())
-    ]
-    out = "".join(_swatch(fill, edge, text, n) for _, fill, edge, text, n in rows)
+    out = ""
+    for c, n in _counted(r.class_ for r in map_.regions.values()):
+        own = theme.class_color(c)
+        out += _swatch(theme.css(theme.over_white(own)), theme.css(own), class_title(c), n)
     gate = theme.css(theme.GATEWAY)
     for c, n in _counted(g.class_ for g in map_.gateways.values()):
-        out += _swatch(gate, gate, class_title(c), n, "height:.35em;vertical-align:.2em")
+        out += _swatch(gate, gate, class_title(c), n, "opening")
     if map_.objects:
         color = theme.css(theme.OBJECT)
         out += _swatch(theme.css(theme.over_white(theme.OBJECT, 0.55)), color, "object", len(map_.objects))
-    marks = (
-        (theme.POST, "post", "width:.5em;height:.5em;border-radius:0;vertical-align:.12em;margin:0 .78em 0 .22em"),
-        (theme.CROSSING, "crossing-point", "width:.65em;height:.65em;border-radius:50%;vertical-align:.05em;margin:0 .7em 0 .15em"),
-        (
-            theme.GATEWAY_POINT,
-            "gateway-point",
-            "width:.55em;height:.55em;border-radius:0;transform:rotate(45deg);vertical-align:.1em;margin:0 .75em 0 .2em",
-        ),
-    )  # fmt: skip
+    marks = ((theme.POST, "post"), (theme.CROSSING, "crossing-point"), (theme.GATEWAY_POINT, "gateway-point"))
     if map_.gateways:
-        out += "".join(_swatch(theme.css(c), theme.css(c), text, None, style) for c, text, style in marks)
+        out += "".join(_swatch(theme.css(color), theme.css(color), text, None, text) for color, text in marks)
     return wrap(f"<table>{out}</table>")
 
 
@@ -153,11 +144,11 @@ def keys() -> str:
 
 def downloads(name: str, endings: Mapping[str, str]) -> str:
     """Links to the exports, by ending and title."""
-    links = "".join(
-        f'<a class="file" href="/export/map{end}" download="{escape(name, quote=True)}{end}" title="{escape(why, quote=True)}">{end[1:].upper()}</a>'
-        for end, why in endings.items()
-    )
-    return wrap(links)
+    out = ""
+    for end, title in endings.items():
+        attributes = f'href="/export/map{end}" download="{escape(name)}{end}" title="{escape(title)}"'
+        out += f'<a class="file" {attributes}>{end[1:].upper()}</a>'
+    return wrap(out)
 
 
 def scores(values: dict[str, float]) -> str:
@@ -165,8 +156,9 @@ def scores(values: dict[str, float]) -> str:
     rows = ""
     for c, v in sorted(values.items(), key=lambda kv: -kv[1]):
         share = min(max(float(v), 0.0), 1.0)
-        bar = f'<div class="bar"><i style="width:{100 * share:.0f}%;background:{theme.css(theme.class_color(c))}"></i></div>'
-        rows += f'<tr><td>{escape(c)}</td><td style="width:99%">{bar}</td><td class="n" style="padding-left:.6em">{share:.2f}</td></tr>'
+        color = theme.css(theme.class_color(c))
+        bar = f'<div class="bar"><i style="width:{100 * share:.0f}%;background:{color}"></i></div>'
+        rows += f'<tr><td>{escape(c)}</td><td class="wide">{bar}</td><td class="n">{share:.2f}</td></tr>'
     return wrap(f"<table>{rows}</table>") if rows else ""
 
 
@@ -228,8 +220,8 @@ def _table(rows: Iterable[Row]) -> str:
     return "<table>" + "".join(f"<tr><td>{k}</td><td>{v}</td></tr>" for k, v in rows) + "</table>"
 
 
-def _swatch(fill: str, edge: str, text: str, count: int | None, style: str = "") -> str:
-    box = f'<span class="swatch" style="background:{fill};border:1.5px solid {edge};{style}"></span>'
+def _swatch(fill: str, edge: str, text: str, count: int | None, mark: str = "") -> str:
+    box = f'<span class="swatch {mark}" style="background:{fill};border-color:{edge}"></span>'
     number = "" if count is None else f"{count:,}"
     return (
         f'<tr><td style="color:inherit;white-space:normal;width:auto">{box}{text}</td><td class="n">{number}</td></tr>'

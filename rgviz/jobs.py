@@ -167,7 +167,7 @@ class _Watcher:
 
 
 def echoes(log: Any, map_from_laser: np.ndarray, max_range: float) -> np.ndarray:
-    """(K, 2) float32 [m] echoes of the first scans of a log, seen from their poses (N, 3), thinned for a quick picture."""
+    """(K, 2) float32 [m] echoes of the first scans of a log, seen from their poses (N, 3), thinned to be quick."""
     n = min(len(map_from_laser), len(log))
     beams = log.ranges.shape[1]
     step = max(1, int(np.ceil(np.sqrt(n * beams / MOST_POINTS))))

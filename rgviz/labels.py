@@ -12,8 +12,8 @@ from rgviz.layers import Artist
 def labels(map_: RGMap, artist: Artist) -> list[dict[str, Any]]:
     """One a region, gateway and object.
 
-    ``weight`` orders them (the heavier one gets the room), ``room`` is the metres that they may fill, ``least`` the pixels
-    that those metres must be on the screen.
+    ``weight`` orders them (the heavier one gets the room), ``room`` is the metres that they may fill, ``least`` the
+    pixels that those metres must be on the screen.
     """
     out = []
     for r in map_.regions.values():

@@ -1,6 +1,6 @@
 """The layers of the view: each a function from the map to a few drawings (plain arrays; no viser here).
 
-A layer is drawn whole into a handful of batched nodes, never one node a thing, and is drawn again only when a field that it
+A layer is drawn whole into a few batched nodes, never one node a thing, and is drawn again only when a field that it
 names in ``reads`` has changed.
 """
 
@@ -16,7 +16,6 @@ from rgcore.geometry.polygons import label_place, triangulate
 from rgcore.model.records import Box2, MapObject, Region, RGMap
 from rgviz import theme
 from rgviz.theme import RGB
-
 
 T = TypeVar("T")
 
@@ -241,9 +240,8 @@ def outdated(layer: Layer, before: RGMap | None, after: RGMap) -> bool:
     return False
 
 
-BOX_FACES = np.array(
-    [[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7], [0, 1, 5], [0, 5, 4], [1, 2, 6], [1, 6, 5], [2, 3, 7], [2, 7, 6], [3, 0, 4], [3, 4, 7]]
-)  # fmt: skip
+_QUADS = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
+BOX_FACES = np.concatenate([_QUADS[:, [0, 1, 2]], _QUADS[:, [0, 2, 3]]])
 BOX_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
 
 

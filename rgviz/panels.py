@@ -42,7 +42,7 @@ class Panels:
         self._inspector = self.gui.add_folder("Inspector")
         self.refresh()
 
-    # ---- what the view calls ------------------------------------------------------------------------------------------
+    # ---- what the view calls ----------------------------------------------------------------------
 
     def refresh(self) -> None:
         """Show the map and the selection as they are now."""
@@ -97,7 +97,7 @@ class Panels:
             self._layers[name].value = shown
             self.view.show_layer(name, shown)
 
-    # ---- left -----------------------------------------------------------------------------------------------------------
+    # ---- left -------------------------------------------------------------------------------------
 
     def _add_left(self) -> None:
         panel = self.gui.add_panel()
@@ -134,7 +134,7 @@ class Panels:
 
         return box
 
-    # ---- inspector --------------------------------------------------------------------------------------------------------
+    # ---- inspector --------------------------------------------------------------------------------
 
     def _show_one(self, item: Item) -> None:
         self._html(lambda: facts.item(self.view.map, item))
@@ -227,7 +227,7 @@ class Panels:
             self._command("box", "Make an object of it" if len(self._shown or ()) == 1 else "Make an object of them")
         )
 
-    # ---- parts --------------------------------------------------------------------------------------------------------------
+    # ---- parts ------------------------------------------------------------------------------------
 
     def _html(self, content: Callable[[], str]) -> None:
         handle = self._add(self.gui.add_html(content()))

@@ -1,7 +1,7 @@
 """What lies under the pointer: the map on the screen as arrays, and a click answered in NumPy.
 
-viser cannot click single lines of a batch, and a node a line would be far too slow; so a click comes as a ray, the map is
-projected with the camera of the browser that clicked, and distances are measured in its pixels.
+viser cannot click single lines of a batch, and a node a line would be far too slow; so a click comes as a ray, the map
+is projected with the camera of the browser that clicked, and distances are measured in its pixels.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Picker:
     ) -> Item | None:
         """The item under the pointer: object before gateway before line before region; or a line before all.
 
-        ``screen`` is the pointer on the picture, (0, 0) top left to (1, 1); ``ray`` its origin and direction in the map.
+        ``screen``: the pointer on the picture, (0, 0) top left to (1, 1); ``ray``: its origin and direction in the map.
         """
         origin, direction = (np.asarray(v, float) for v in ray)
         project = Projector(camera)

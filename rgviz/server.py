@@ -112,7 +112,8 @@ def _check_address(host: str) -> None:
 def _try_to_break_in(host: str, port: int) -> None:
     """Ask without a token, as a page and as a websocket; anything but a refusal stops the server."""
     target = {"0.0.0.0": "127.0.0.1", "": "127.0.0.1", "::": "::1"}.get(host, host)
-    socket_lines = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: cmd2aXogc2VsZiB0ZXN0IQ==\r\n"
+    upgrade = "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+    socket_lines = upgrade + "Sec-WebSocket-Key: cmd2aXogc2VsZiB0ZXN0IQ==\r\n"
     for lines in ("", socket_lines, socket_lines + f"Origin: http://127.0.0.1:{port}\r\n"):
         with socket.create_connection((target, port), 10) as s:
             s.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n{lines}\r\n".encode())

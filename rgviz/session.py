@@ -44,7 +44,7 @@ class Session:
         self._listeners.append(listener)
 
     def do(self, edit: Edit, by: str | None = None) -> None:
-        """Make an edit. Raises EditError or ProjectError with a sentence for the one who made it; then nothing changed."""
+        """Make an edit. Raises EditError or ProjectError with a sentence for a person; nothing is changed then."""
         self._step(lambda: self.project.do(edit, by))
 
     def undo(self, by: str | None = None) -> None:
@@ -85,7 +85,7 @@ class Worker:
         self._thread.start()
 
     def post(self, task: Callable[..., None], *args: Any, refused: Refused | None = None) -> None:
-        """Run ``task(*args)`` after all that was posted before; ``refused`` is told, in words, if that is not possible."""
+        """Run ``task(*args)`` after all that was posted before; ``refused`` is told, in words, if it cannot be."""
         self._tasks.put((task, args, refused))
 
     def finish(self) -> None:

@@ -1,4 +1,4 @@
-"""What the panel says before there is a map to edit: how far the mapping is, why it failed, who else holds the project."""
+"""What the panel says where there is no map to edit: how far the mapping is, why it failed, who holds the project."""
 
 from __future__ import annotations
 

@@ -61,7 +61,7 @@ CLASS_TITLES: dict[str, str] = {
 
 
 def srgb_to_linear(color: np.ndarray | RGB) -> np.ndarray:
-    """uint8 sRGB (..., 3) as uint8 linear: viser hands vertex colours to the GPU as they are, which looks washed out."""
+    """uint8 sRGB (..., 3) as uint8 linear: the GPU takes vertex colours as that; others look washed out."""
     c = np.asarray(color, float) / 255
     linear = np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
     return np.round(linear * 255).astype(np.uint8)

@@ -43,7 +43,7 @@ class View:
     def map(self) -> RGMap:
         return self.app.map
 
-    # ---- asked for by the person ----------------------------------------------------------------------------------
+    # ---- asked for by the person ------------------------------------------------------------------
 
     def post(self, task: Callable[..., None], *args: Any) -> None:
         """Let the editor's thread do it; a refusal is told to this browser alone."""
@@ -127,7 +127,7 @@ class View:
         message = viser._messages.SetSceneNodeVisibilityMessage(name, shown)
         self.client._websock_connection.queue_message(message)
 
-    # ---- told by the app --------------------------------------------------------------------------------------------
+    # ---- told by the app --------------------------------------------------------------------------
 
     def map_changed(self) -> None:
         """The map is another one: let go of what is gone, show what is there."""
@@ -146,7 +146,7 @@ class View:
     def tell_labels(self) -> None:
         self.bridge.tell("labels", labels=self.app.labels(self.map))
 
-    # ---- parts --------------------------------------------------------------------------------------------------------
+    # ---- parts ------------------------------------------------------------------------------------
 
     def _some(self, why_not: str) -> tuple[Item, ...]:
         if not self.selection:

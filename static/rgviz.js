@@ -271,7 +271,13 @@
     .rg td.n { text-align: right; white-space: nowrap; width: 1%; font-variant-numeric: tabular-nums; }
     .rg .bar { position: relative; height: 0.55em; background: #eceef1; border-radius: 3px; overflow: hidden; margin-top: .45em; }
     .rg .bar i { position: absolute; inset: 0 auto 0 0; border-radius: 3px; }
-    .rg .swatch { display: inline-block; width: 0.95em; height: 0.95em; border-radius: 3px; vertical-align: -0.12em; margin-right: .55em; box-sizing: border-box; }
+    .rg .swatch { display: inline-block; width: 0.95em; height: 0.95em; border-radius: 3px; vertical-align: -0.12em; margin-right: .55em; box-sizing: border-box; border: 1.5px solid; }
+    .rg .swatch.opening { height: .35em; vertical-align: .2em; }
+    .rg .swatch.post { width: .5em; height: .5em; border-radius: 0; vertical-align: .12em; margin: 0 .78em 0 .22em; }
+    .rg .swatch.crossing-point { width: .65em; height: .65em; border-radius: 50%; vertical-align: .05em; margin: 0 .7em 0 .15em; }
+    .rg .swatch.gateway-point { width: .55em; height: .55em; border-radius: 0; transform: rotate(45deg); vertical-align: .1em; margin: 0 .75em 0 .2em; }
+    .rg td.key { color: inherit !important; white-space: normal !important; width: auto !important; }
+    .rg td.wide { width: 99%; } .rg td.wide + td.n { padding-left: .6em; }
     button.mantine-Button-root { font-weight: 550; border: 1px solid #ccd1d7; background: #fff; color: #23262b; }
     button.mantine-Button-root:hover:not(:disabled) { background: #eef6fb; border-color: #0072b2; color: #004b76; }
     button.mantine-Button-root:disabled { background: #f7f8fa; border-color: #e3e6ea; color: #9aa0a8; }

@@ -2,7 +2,7 @@
 
 Two pages of one Chromium with software rendering, 1280 x 800, look at a synthetic office.
 
-* edit to other browser: from the key that relabels a region in one page to the pixels of the frame that shows it in the other
+* edit to other browser: from the key that relabels a region in one page to the pixels that show it in the other
 * click to inspector:    from the release of the mouse button to the facts standing in the panel
 """
 
@@ -17,19 +17,20 @@ from pathlib import Path
 for folder in ("browser", "rgviz"):
     sys.path.insert(0, str(Path(__file__).parents[1] / folder))
 
-from make_project import make_project
-from office_map import big_office
-from pilot import FLAGS, Pilot, chromium
-from playwright.sync_api import sync_playwright
+from make_project import make_project  # noqa: E402
+from office_map import big_office  # noqa: E402
+from pilot import FLAGS, Pilot, chromium  # noqa: E402
+from playwright.sync_api import sync_playwright  # noqa: E402
 
-from rgviz.app import App
-from rgviz.picking import Item
+from rgviz.app import App  # noqa: E402
+from rgviz.picking import Item  # noqa: E402
 
 NOW = "performance.timeOrigin + performance.now()"
 STAMP_INPUT = f"""() => {{ for (const kind of ["keydown", "pointerup"])
   window.addEventListener(kind, () => {{ window.inputAt = {NOW}; }}, true); }}"""
 WATCH_FLOOR = f"""(name) => {{ const m = window.__viserMutable, scene = m.scene, old = scene.onAfterRender;
-  const shape = () => {{ let n = 0; m.nodeRefFromName[name]?.traverse(o => {{ n += o.geometry?.attributes.position.count || 0; }}); return n; }};
+  const shape = () => {{ let n = 0;
+    m.nodeRefFromName[name]?.traverse(o => {{ n += o.geometry?.attributes.position.count || 0; }}); return n; }};
   const before = shape(); window.seenAt = null;
   scene.onAfterRender = (renderer, s, camera) => {{ old(renderer, s, camera);
     if (window.seenAt !== null || !shape() || shape() === before) return;
@@ -37,8 +38,9 @@ WATCH_FLOOR = f"""(name) => {{ const m = window.__viserMutable, scene = m.scene,
     gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);   // waits until the frame is painted
     window.seenAt = {NOW}; scene.onAfterRender = old; }}; }}"""
 WATCH_TEXT = f"""(text) => {{ window.seenAt = null;
-  const check = () => {{ if (window.seenAt === null && document.body.innerText.includes(text)) window.seenAt = {NOW}; }};
-  const o = new MutationObserver(check); o.observe(document.body, {{subtree: true, childList: true, characterData: true}}); }}"""
+  const check = () => {{
+    if (window.seenAt === null && document.body.innerText.includes(text)) window.seenAt = {NOW}; }};
+  new MutationObserver(check).observe(document.body, {{subtree: true, childList: true, characterData: true}}); }}"""
 
 
 def main() -> None:
@@ -47,7 +49,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         app = App(port=0)
         app.open_project(make_project(Path(folder) / "big.rg", map_))
-        print(f"{len(map_.lines)} lines, {len(map_.regions)} regions, {len(map_.gateways)} gateways, {len(map_.objects)} objects")
+        print(", ".join(f"{len(getattr(map_, kind))} {kind}" for kind in ("lines", "regions", "gateways", "objects")))
         try:
             with sync_playwright() as p:
                 chrome = p.chromium.launch(executable_path=chromium(), headless=True, args=FLAGS)

@@ -26,7 +26,7 @@ def browser() -> Iterator[Browser]:
         b.close()
 
 
-@pytest.fixture()
+@pytest.fixture
 def open_page(browser: Browser) -> Iterator[Callable[..., Pilot]]:
     """Opens pages; none of them may have met a script error."""
     pilots: list[Pilot] = []
@@ -48,7 +48,7 @@ def office(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return make_project(tmp_path_factory.mktemp("office") / "office.rg", office_map(4, 1, 2))
 
 
-@pytest.fixture()
+@pytest.fixture
 def app(office: Path, tmp_path: Path) -> Iterator[App]:
     """The app with a copy of the small office."""
     import shutil

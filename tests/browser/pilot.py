@@ -48,7 +48,13 @@ def chromium() -> str:
 class Pilot:
     """One page, opened by the link that the app prints."""
 
-    def __init__(self, browser: Browser, url: str, nodes: tuple[str, ...] = ("/lines/lines",), size: tuple[int, int] = (1180, 760)):
+    def __init__(
+        self,
+        browser: Browser,
+        url: str,
+        nodes: tuple[str, ...] = ("/lines/lines",),
+        size: tuple[int, int] = (1180, 760),
+    ) -> None:
         self.context = browser.new_context(viewport={"width": size[0], "height": size[1]}, accept_downloads=True)
         self.page: Page = self.context.new_page()
         self.page.set_default_timeout(15_000)
@@ -67,7 +73,7 @@ class Pilot:
     def frames(self, n: int = 2) -> None:
         self.page.evaluate(FRAMES, n)
 
-    # ---- the map ----------------------------------------------------------------------------------------------------
+    # ---- the map ----------------------------------------------------------------------------------
 
     def at(self, x: float, y: float, z: float = 0.0) -> tuple[float, float]:
         """Pixel of the page where a point of the map is."""
@@ -123,7 +129,7 @@ class Pilot:
             self.page.wait_for_timeout(300)
             self.page.screenshot(path=str(Path(folder) / f"{name}.png"))
 
-    # ---- the panels -------------------------------------------------------------------------------------------------
+    # ---- the panels -------------------------------------------------------------------------------
 
     def see(self, text: str | re.Pattern[str], timeout: float = 15_000) -> Locator:
         """Wait until a text is on the page."""

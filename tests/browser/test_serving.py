@@ -113,7 +113,7 @@ def test_a_log_that_cannot_be_mapped_says_why_on_the_page(
     assert "broken.log" in told[0]
 
 
-@pytest.fixture()
+@pytest.fixture
 def serve(tmp_path: Path, office: Path) -> Iterator[Callable[[], tuple[subprocess.Popen[str], str]]]:
     """Starts the command line on a copy of the office; gives the process and its link."""
     import shutil
@@ -163,7 +163,7 @@ def test_an_edit_survives_kill_9_and_a_reload(
     p.see("Redo: relabel r4 as CC")
 
     process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=20)
+    _, err = process.communicate(timeout=20)
     assert "Traceback" not in err
     assert process.returncode == 130
 

@@ -37,10 +37,9 @@ def synthetic_run(map_: RGMap) -> SimpleNamespace:
             near = far[beam == b]
             ranges[n, b] = near.min() if len(near) else np.inf
     stamps = np.arange(len(poses), dtype=float)
-    log = ScanLog(
-        stamps, ranges, poses, np.radians(np.arange(-90.0, 91.0)), np.zeros(3), 30.0, source="office.log", sha256="0" * 64,
-        format="carmen",
-    )  # fmt: skip
+    bearings = np.radians(np.arange(-90.0, 91.0))
+    name = {"source": "office.log", "sha256": "0" * 64, "format": "carmen"}
+    log = ScanLog(stamps, ranges, poses, bearings, np.zeros(3), 30.0, **name)  # type: ignore[arg-type]
     return SimpleNamespace(
         log=log, config=Config(), trajectory=Trajectory(stamps, poses, np.zeros(3)), map=map_, seconds={"slam": 1.0}
     )

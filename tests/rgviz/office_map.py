@@ -1,4 +1,4 @@
-"""An office floor of any size as an RGMap, for tests and measurements of the view: corridors with rooms on both sides."""
+"""An office floor of any size as an RGMap, for tests and measurements of the view: corridors with rooms beside."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ import http.client
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -50,8 +51,8 @@ class Served:
         async def talk() -> None:
             origin = headers.pop("Origin", None)
             uri = f"ws://{self.host}{headers.pop('path', '/')}"
-            protocols = [f"viser-v{viser.__version__}"]
-            async with websockets.connect(uri, subprotocols=protocols, origin=origin, additional_headers=headers) as w:  # type: ignore[arg-type]
+            how: dict[str, Any] = {"origin": origin, "additional_headers": headers}
+            async with websockets.connect(uri, subprotocols=[f"viser-v{viser.__version__}"], **how) as w:  # type: ignore[list-item]
                 if send is not None:
                     await w.send(msgspec.msgpack.encode(send))
                 await asyncio.wait_for(w.recv(), 5)
@@ -199,7 +200,8 @@ def test_the_share_tunnel_is_gone(served: Served) -> None:
 
 def test_junk_does_not_stop_the_server(served: Served) -> None:
     ours = {"Origin": f"http://{served.host}", **served.cookie()}
-    for junk in ({"type": "NoSuchMessage"}, ["x"], {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 1}}, b"\xff"):
+    update = {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": 1}}
+    for junk in ({"type": "NoSuchMessage"}, ["x"], update, b"\xff"):
         served.websocket(send=junk, **ours)
     assert served.websocket(**ours) == 101
     assert served.get("/", **served.cookie()).status == 200
@@ -214,14 +216,15 @@ def test_it_fails_closed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Non
         return made[-1]
 
     monkeypatch.setattr(server_module.viser, "ViserServer", remember)
-    with monkeypatch.context() as m, pytest.raises(RgError, match="nothing is served"):
+    with monkeypatch.context() as m:
         m.setattr(Gate, "login", lambda self, request: None)  # a gate that lets everybody in
-        open_server(Gate(TOKEN), "127.0.0.1", 0)
+        with pytest.raises(RgError, match="nothing is served"):
+            open_server(Gate(TOKEN), "127.0.0.1", 0)
     port = made[-1].get_port()
-    with pytest.raises(OSError):  # noqa: PT011 - refused or reset, whatever the system says
+    with pytest.raises(ConnectionError):
         http.client.HTTPConnection("127.0.0.1", port, timeout=2).request("GET", "/")
-    with monkeypatch.context() as m, pytest.raises(RgError, match="did not take the gate"):
-        m.setattr(server_module, "_serve_through", lambda gate, installed: server_module._silence())
+    monkeypatch.setattr(server_module, "_serve_through", lambda gate, installed: server_module._silence())
+    with pytest.raises(RgError, match="did not take the gate"):
         open_server(Gate(TOKEN), "127.0.0.1", 0)
 
 
@@ -232,5 +235,5 @@ def test_addresses(served: Served) -> None:
     assert open_gate._our_host("[fe80::1]:8080")
     assert not open_gate._our_host("evil.example")
     assert link(Gate(TOKEN, port=8080), "0.0.0.0").startswith("http://127.0.0.1:8080/")
-    with pytest.raises(RgError, match="--host 203.0.113.7: cannot listen there"):
+    with pytest.raises(RgError, match="cannot listen there"):
         open_server(Gate(TOKEN), "203.0.113.7", 0)

@@ -20,8 +20,8 @@ MAP = office_map(4, 1, 2)
 
 
 def artist(map_: RGMap = MAP) -> Artist:
-    points, way = np.random.default_rng(0).uniform(0, 9, (50, 2)).astype(np.float32), np.array([[0.0, 6], [5, 6], [9, 6]])
-    return Artist(points, way, theme.region_colors(map_))
+    points = np.random.default_rng(0).uniform(0, 9, (50, 2)).astype(np.float32)
+    return Artist(points, np.array([[0.0, 6], [5, 6], [9, 6]]), theme.region_colors(map_))
 
 
 def drawn(name: str, map_: RGMap = MAP) -> dict[str, Drawing]:
@@ -47,7 +47,8 @@ def test_floors_cover_the_regions_in_their_class_colours() -> None:
         a, b, c = (f.vertices[f.faces[:, n], :2].astype(float) for n in range(3))
         total += np.abs(np.cross(np.c_[b - a, 0 * a[:, :1]], np.c_[c - a, 0 * a[:, :1]])[:, 2]).sum() / 2
     assert total == pytest.approx(3 * 12 + 16 * 2 + 8 * 3.8 * 5, rel=1e-5)
-    assert {f.color for f in floors.values()} == {theme.class_color(r.class_) for r in MAP.regions.values()}  # type: ignore[union-attr]
+    colors = {theme.class_color(r.class_) for r in MAP.regions.values()}
+    assert {f.color for f in floors.values()} == colors  # type: ignore[union-attr]
 
 
 def test_lines_have_the_colour_of_their_region_and_neighbours_differ() -> None:

@@ -24,10 +24,10 @@ def above(x: float, y: float, metres: float = 20.0, fov: float = 0.1) -> SimpleN
     return SimpleNamespace(wxyz=np.array(DOWN), position=position, fov=fov, image_width=1000, image_height=800)
 
 
-def click(picker: Picker, x: float, y: float, z: float = 0.0, lines_first: bool = False, metres: float = 20.0) -> Item | None:
+def click(picker: Picker, x: float, y: float, lines_first: bool = False, metres: float = 20.0) -> Item | None:
     camera = above(8.0, 6.0, metres)
-    pixel = Projector(camera)(np.array([x, y, z]))
-    ray = camera.position, np.array([x, y, z]) - camera.position
+    pixel = Projector(camera)(np.array([x, y, 0.0]))
+    ray = camera.position, np.array([x, y, 0.0]) - camera.position
     return picker.at(camera, tuple(pixel / (1000, 800)), ray, lines_first)
 
 
@@ -63,7 +63,8 @@ def test_reach_is_in_pixels(picker: Picker) -> None:
 def test_hole_and_smallest_region_decide() -> None:
     m = office_map(4, 1, 0)
     room = m.regions["r4"]
-    big = replace(m.regions["r1"], boundary=((-5, -5), (20, -5), (20, 20), (-5, 20)), box=replace(room.box, size=(25.0, 25.0)))
+    square = ((-5, -5), (20, -5), (20, 20), (-5, 20))
+    big = replace(m.regions["r1"], boundary=square, box=replace(room.box, size=(25.0, 25.0)))
     assert region_at(replace(m, regions={"r1": big, "r4": room}), np.array([5.0, 3.0])) == "r4"
     holed = replace(big, holes=(((4, 2), (6, 2), (6, 4), (4, 4)),))
     assert region_at(replace(m, regions={"r1": holed}), np.array([5.0, 3.0])) is None

@@ -16,7 +16,7 @@ from rgcore.model.records import RGMap
 from rgviz.session import Session, Worker
 
 
-@pytest.fixture()
+@pytest.fixture
 def path(tmp_path: Path) -> Path:
     return make_project(tmp_path / "office.rg", office_map(2, 1, 1))
 
@@ -28,7 +28,8 @@ def test_an_edit_is_on_the_disk_before_anyone_hears_of_it(path: Path) -> None:
 
         def listen(before: RGMap, after: RGMap) -> None:
             journal = next(path.glob("runs/*/edits.jsonl")).read_text()
-            heard.append((after.regions["r3"].class_, "ClassifyRegion" in journal and before.regions["r4"] is after.regions["r4"]))
+            same = before.regions["r4"] is after.regions["r4"]
+            heard.append((after.regions["r3"].class_, same and "ClassifyRegion" in journal))
 
         session.listen(listen)
         session.do(ClassifyRegion(region="r3", class_="CC"), by="test")
@@ -45,9 +46,8 @@ def test_an_edit_is_on_the_disk_before_anyone_hears_of_it(path: Path) -> None:
 
 
 def test_a_second_process_would_only_read(path: Path) -> None:
-    with Project.open(path), Project.open(path) as second:
-        with pytest.raises(ProjectError, match="read-only"):
-            Session(second).do(RenameRegion(region="r3", name="x"))
+    with Project.open(path), Project.open(path) as second, pytest.raises(ProjectError, match="read-only"):
+        Session(second).do(RenameRegion(region="r3", name="x"))
 
 
 def test_the_worker_keeps_the_order_and_survives_faults() -> None:
