@@ -22,6 +22,9 @@ CLASSES = ("CDMA", "ODMA", "TOMA", "CC")
 WEIGHTS = Path(__file__).with_name("classes.npz")
 """Made by ``python -m rgcore.places.train_classes``."""
 
+DOOR = 1.5
+"""m: wider gaps stand open; narrower ones have a door, which closes them."""
+
 SHORT = 0.6
 """m: lines up to this are legs and edges rather than walls."""
 
@@ -33,7 +36,7 @@ class Classes(Evidence):
     scores     (R, 4)    probability of each of ``CLASSES``
     axes       (R, 2)    main axes, rad in [0, pi), the stronger first; nan where a region has only one
     histogram  (R, bins) line angle histogram: maximum 1, shifted to the centre
-    measures   (R, 6)    free-space measures, see :func:`measures`
+    measures   (R, 7)    free-space measures, see :func:`measures`
     """
 
     scores: np.ndarray
@@ -50,7 +53,7 @@ class Classes(Evidence):
 def classify(lines: Lines, places: Places, free: FreeSpace, settings: Settings) -> Classes:
     """Score the classes of every region by a small network on its histogram and free-space measures."""
     n, bins = len(places.regions), settings.histogram_bins
-    histogram, axes, measured = np.zeros((n, bins)), np.full((n, 2), np.nan), np.zeros((n, 6))
+    histogram, axes, measured = np.zeros((n, bins)), np.full((n, 2), np.nan), np.zeros((n, 7))
     for i, region in enumerate(places.regions):
         own = lines.ends[lines.region == i]
         ends = own if len(own) else outline_lines(region)
@@ -121,20 +124,22 @@ def measures(region: FoundRegion, posts: list[tuple[tuple[float, float], ...]], 
     """Free-space measures of one region.
 
     log elongation of the box of possible robot positions with its rim; log width [m] as area over length;
-    log area [m2]; share of the outline that is open; share of the rectangle that is free; short lines a m2.
+    log area [m2]; share of the outline that is open, doors not counted; share of the rectangle that is
+    free; short lines a m2; log of one plus the number of gateways.
     """
     shape = polygons.polygon(region.boundary, region.holes)
     area, around = max(shape.area, 0.1), max(shape.length, 0.1)
     (long, short), rim = region.box_size, 0.5
-    opened = sum(np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in posts)
+    gaps = np.array([np.hypot(a[0] - b[0], a[1] - b[1]) for a, b in posts])
     length = np.hypot(*(lines[:, 1] - lines[:, 0]).T)
     return np.array(
         [
             np.log((long + rim) / (short + rim)),
             np.log(2 * area / around),
             np.log(area),
-            min(opened / around, 1.0),
+            min(gaps[gaps > DOOR].sum() / around, 1.0),
             min(area / ((long + rim) * (short + rim)), 1.5),
             min((length < SHORT).sum() / area, 4.0),
+            np.log1p(len(posts)),
         ]
     )

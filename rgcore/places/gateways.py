@@ -27,7 +27,6 @@ def find_gateways(
         if min(front, back) >= 0 and front != back:
             a, b = labels.centers(found.posts[k])
             u = (b - a) / np.hypot(*(b - a))
-            a, b = a + 0.5 * labels.resolution * u, b - 0.5 * labels.resolution * u
             class_ = {"door": "narrow_passage", "opening": "opening"}.get(KINDS[int(found.kind[k])])
             class_ = class_ or _junction(labels, (a + b) / 2, u, float(np.hypot(*(b - a))))
             known.append(describe(a, b, (front, back), class_, float(found.score[k]), positions, settings))
@@ -105,7 +104,7 @@ def _snapped(gateway: FoundGateway, ends: np.ndarray, settings: Settings) -> Fou
         near = np.argsort(far, kind="stable")[:4]
         choices.append([(0.1, p), *[(float(far[k]), ends[k]) for k in near if far[k] <= settings.snap_distance]])
     pairs = [
-        (da + db + 2 * abs(np.hypot(*(q - p)) - width), i, j)
+        (da + db + 0.5 * abs(np.hypot(*(q - p)) - width), i, j)
         for i, (da, p) in enumerate(choices[0])
         for j, (db, q) in enumerate(choices[1])
     ]

@@ -37,25 +37,28 @@ def printed_histogram(rng: np.random.Generator, class_: str) -> np.ndarray:
 
 
 def room(rng: np.random.Generator, class_: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lines (L, 2, 2), free-space measures (6,) and the slope of the long side of a random room of a class."""
+    """Lines (L, 2, 2), free-space measures (7,) and the slope of the long side of a random room of a class."""
     hall = class_ in ("CDMA", "ODMA")
     width = rng.uniform(1.1, 3.6) if hall else rng.uniform(1.8, 8.0)
-    length = width * (np.exp(rng.uniform(np.log(3.2), np.log(25))) if hall else rng.uniform(1.0, 2.6))
+    length = width * (np.exp(rng.uniform(np.log(3.0), np.log(25))) if hall else rng.uniform(1.0, 2.6))
+    if not hall and rng.random() < 0.15:
+        width, length = 0.5 * width, length
     around = 2 * (length + width)
-    doors = rng.integers(2, 3 + int(length / 3)) if hall else rng.integers(1, 4)
-    gaps = rng.uniform(0.7, 1.1, doors)
-    if class_ == "ODMA":
-        gaps = np.append(gaps, width * np.ones(rng.integers(1, 3)))
-        if rng.random() < 0.5:
-            gaps = np.append(gaps, rng.uniform(0.15, 0.5) * length)
-    opened = min(gaps.sum(), 0.6 * around)
+    slim = length > 2.8 * width and not hall
+    doors = rng.integers(2, 3 + int(length / 3)) if hall else 1 if slim else rng.choice(4, p=[0.05, 0.55, 0.3, 0.1])
+    wide = rng.uniform(0.1, 0.5) if class_ == "ODMA" else rng.choice([0.0, rng.uniform(0, 0.06)])
+    opened = wide * around
+    gaps = np.append(rng.uniform(0.7, 1.1, doors), [opened] * int(wide > 0))
     walls = [(length, 0.0), (length, 0.0), (width, np.pi / 2), (width, np.pi / 2)]
     lines = [(s * rng.uniform(0.6, 1.0), a) for s, a in walls]
     lines += [(rng.uniform(0.1, 0.4), np.pi / 2) for _ in range(2 * len(gaps))]
-    pieces = rng.poisson({"TOMA": 0.25, "CC": 0.5}.get(class_, 0.03) * min(length * width, 60))
-    turn = rng.uniform(0, np.pi, pieces) if class_ == "CC" else np.pi / 2 * rng.integers(0, 2, pieces)
-    lines += [(rng.uniform(0.2, 1.8), t) for t in turn]
-    short = rng.poisson({"TOMA": 0.2, "CC": rng.uniform(0.6, 2.5)}.get(class_, 0.08) * min(length * width, 80))
+    things = rng.poisson({"TOMA": 0.1, "CC": rng.uniform(0.1, 0.4)}.get(class_, 0.02) * min(length * width, 60))
+    turn = rng.uniform(0, np.pi, things) if class_ == "CC" else rng.normal(0, 0.03, things)
+    for t in turn:
+        lines += [(rng.uniform(0.4, 2.0), t), (rng.uniform(0.3, 0.9), t + np.pi / 2)]
+    short = rng.poisson(
+        {"TOMA": rng.uniform(0, 0.5), "CC": rng.uniform(0.2, 2.0)}.get(class_, 0.08) * min(length * width, 80)
+    )
     lines += [(rng.uniform(0.1, 0.5), t) for t in rng.uniform(0, np.pi, short)]
     size = np.array([s for s, _ in lines])
     slope = np.array([t for _, t in lines]) + rng.normal(0, 0.02, len(lines)) + rng.uniform(0, np.pi)
@@ -66,6 +69,7 @@ def room(rng: np.random.Generator, class_: str) -> tuple[np.ndarray, np.ndarray,
     area = length * width * rng.uniform(0.8, 1.0)
     few = (size < 0.6).sum() / area
     measures = [np.log(elongation), np.log(2 * area / around), np.log(area), opened / around, fill, min(few, 4.0)]
+    measures.append(np.log1p(len(gaps)))
     return np.stack([-step, step], 1), np.array(measures), slope
 
 
