@@ -86,6 +86,16 @@ def _parser() -> argparse.ArgumentParser:
     c = command("measure", _measure, "counts, reduction factor, accuracy by region and for the map")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("--json", action="store_true", help="as JSON")
+    g = c.add_argument_group("accuracy of the trajectory by known relative poses (Kuemmerle et al. 2009)")
+    g.add_argument(
+        "--relations", type=Path, metavar="FILE", help="`t1 t2 x y z roll pitch yaw` or `EDGE2 i j x y theta`"
+    )
+    g.add_argument("--odometry", type=Path, metavar="CSV", help="raw odometry, for relations between the scans' times")
+    g.add_argument("--rows", type=_two_numbers, metavar="FIRST,STEP", help="relations name rows of the odometry")
+    g.add_argument(
+        "--forward", type=float, default=0.0, metavar="M", help="their frame lies this far ahead of the laser"
+    )
+    g.add_argument("--loops", action="store_true", help="of a graph, only the relations after #LOOP EDGES")
     c = command("simulate", _simulate, "drive a simulated robot through a floor plan")
     c.add_argument("plan", type=Path, metavar="PLAN", help="floor plan: JSON, or an image with --resolution")
     c.add_argument(
@@ -186,12 +196,30 @@ def _measure(args: argparse.Namespace) -> None:
 
     with Project.open(args.project) as project:
         result = figures(project)
+        if args.relations is not None:
+            result["relations"] = _relation_figures(project, args)
     if args.json:
         import json
 
         print(json.dumps(result, indent=1, sort_keys=True))
     else:
         print_tables(result)
+
+
+def _relation_figures(project: Any, args: argparse.Namespace) -> dict[str, float]:
+    from rgcore.slam.relations import read_odometry, read_relations, relation_error
+    from rgviz.measure import relation_figures
+
+    if args.rows is not None and args.odometry is None:
+        raise RgError("--rows: names rows of the odometry; give that with --odometry CSV")
+    relations = read_relations(args.relations, args.loops)
+    odometry = read_odometry(args.odometry) if args.odometry is not None else None
+    return relation_figures(relation_error(project.trajectory, relations, odometry, args.rows, args.forward))
+
+
+def _two_numbers(text: str) -> tuple[int, int]:
+    first, _, step = text.partition(",")
+    return int(first), int(step)
 
 
 def _simulate(args: argparse.Namespace) -> None:

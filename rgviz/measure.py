@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
 from rgcore.model.project import Project
+from rgcore.slam.relations import RelationError
 
 
 def figures(project: Project) -> dict[str, Any]:
-    """Counts, reduction factor (segments / lines), accuracy [m] for the map and by region, axes [rad], seconds by stage."""
+    """Counts, reduction factor (segments / lines), accuracy [m], axes [rad]; for the map and by region; s by stage."""
     m, s = project.map, project.map.stats
     return {
         "project": str(project.path),
@@ -42,6 +44,12 @@ def figures(project: Project) -> dict[str, Any]:
     }
 
 
+def relation_figures(error: RelationError) -> dict[str, float]:
+    """The figures of a trajectory, as the benchmark gives them: translation [m], rotation [degrees]."""
+    figures = asdict(error)
+    return {k: round(math.degrees(v), 5) if k.startswith("rot") else round(v, 5) for k, v in figures.items()}
+
+
 def print_tables(f: dict[str, Any]) -> None:
     """The figures as tables on stdout; angles in degrees, accuracy in millimetres as the paper prints them."""
     console = Console()
@@ -62,9 +70,23 @@ def print_tables(f: dict[str, Any]) -> None:
     for r in f["regions"]:
         axes = [f"{math.degrees(a):.0f}°" for a in r["axes"]] + ["", ""]
         table.add_row(
-            r["id"], r["name"], r["class"], str(r["scans"]), str(r["lines"]), axes[0], axes[1], _mm(r["accuracy"]), str(len(r["gateways"]))
+            r["id"],
+            r["name"],
+            r["class"],
+            str(r["scans"]),
+            str(r["lines"]),
+            axes[0],
+            axes[1],
+            _mm(r["accuracy"]),
+            str(len(r["gateways"])),
         )
     console.print(table)
+    if r := f.get("relations"):
+        console.print(
+            f"trajectory over {r['matched']} of {r['relations']} relations:"
+            f" {r['trans_mean']:.4f} +- {r['trans_std']:.4f} m,"
+            f" {r['rot_mean']:.3f} +- {r['rot_std']:.3f} degrees; worst {r['trans_max']:.3f} m"
+        )
     console.print(f"accuracy with a penalty of {f['accuracy_penalty']} m for a reading that no line predicts")
 
 

@@ -163,3 +163,18 @@ def test_ctrl_c_leaves_no_half_project(tmp_path: Path) -> None:
     assert child.returncode == 130, err
     assert "Traceback" not in err
     assert not list(tmp_path.iterdir())
+
+
+def test_measure_judges_the_trajectory_by_relations(project: Path, tmp_path: Path) -> None:
+    rgviz("export", project, tmp_path / "map.tum")
+    table = np.loadtxt(tmp_path / "map.tum")
+    yaw = 2 * np.arctan2(table[:, 6], table[:, 7])
+    d, a = table[200, 1:3] - table[0, 1:3], yaw[0]
+    x, y = np.cos(a) * d[0] + np.sin(a) * d[1], -np.sin(a) * d[0] + np.cos(a) * d[1]
+    file = tmp_path / "one.relations"
+    file.write_text(f"EDGE2 0 200 {x + 0.25:.6f} {y:.6f} {yaw[200] - a:.6f} 1 0 1 1 0 0\n", encoding="utf-8")
+    figures = json.loads(rgviz("measure", project, "--json", "--relations", file).stdout)["relations"]
+    assert figures["matched"] == 1
+    assert figures["trans_mean"] == pytest.approx(0.25, abs=1e-3)
+    assert figures["rot_mean"] == pytest.approx(0, abs=0.01)
+    assert rgviz("measure", project, "--relations", file, "--rows", "0,1").returncode == 1
