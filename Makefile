@@ -10,7 +10,7 @@ VENV := .venv
 PY := $(VENV)/bin/python
 ARGS ?=
 
-.PHONY: demo test check format bench clean
+.PHONY: demo test check format bench picture clean
 .DEFAULT_GOAL := demo
 
 demo: $(VENV)/.app
@@ -46,6 +46,11 @@ $(VENV)/.dev: pyproject.toml | $(VENV)/bin/python
 	$(PY) -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	$(VENV)/bin/rgviz compile
 	@touch $@
+
+# The picture in the README, made by the project itself.
+picture: $(VENV)/.dev
+	@sh tests/browser/chromium.sh
+	$(PY) tests/browser/picture.py docs/view.png
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis out
