@@ -52,7 +52,7 @@ class Slam(Settings):
     least_response: Annotated[float, setting("1", "a maximum's mean likelihood must exceed this", gt=0, le=1)] = 0.45
     rival: Annotated[float, setting("1", "and be without another maximum of this part of it", ge=0.7, le=1)] = 0.8
     least_closures: Annotated[int, setting("closures", "so many in a row must agree before they bend the map", ge=1, le=20)] = 3
-    strain: Annotated[float, setting("chi squared", "a closure that stretches the other links by more is a look-alike", gt=0)] = 60.0
+    strain: Annotated[float, setting("chi squared", "a closure that stretches the other links by more is a look-alike", gt=0)] = 100.0
     least_agreement: Annotated[float, setting("1", "scans that agree less about what they see were not taken there", ge=0, le=1)] = 0.6
     least_points: Annotated[int, setting("points", "fewer surface points do not show where a scan is", ge=1, le=1000)] = 30
     blind: Annotated[float, setting("m, rad", "deviation of the motion guessed where there is no odometry", gt=0, le=5)] = 0.1

@@ -129,16 +129,17 @@ class Loops:
         same = consistent(self._pending, self.keyframes.poses[-1])
         if len(same) < s.least_closures:
             return None
-        self.accepted += 1
         self._pending = same
         poses = self.keyframes.poses
         return Links.none().plus(*(links_of(c.match, poses, c.members, c.keyframe, CLOSURE_SCALE) for c in same))
 
-    def closed(self) -> None:
-        """The graph has been closed by what ``seek`` gave."""
+    def closed(self, believed: bool) -> None:
+        """The graph has been closed by what ``seek`` gave, or has refused it."""
         last = self._pending[-1]
-        self.linked(last.members, last.match.pairs)
         self._pending = []
+        if believed:
+            self.accepted += 1
+            self.linked(last.members, last.match.pairs)
 
     def _candidate(self) -> tuple[np.ndarray, np.ndarray] | None:
         """Old keyframes that the newest may see, and the window (3,) of where it may be; None if it is among

@@ -16,7 +16,7 @@ from rgcore.scans.log import ScanLog
 from rgcore.slam.keyframes import Keyframes, links_of
 from rgcore.slam.local import LocalMap, Match
 from rgcore.slam.loops import Loops
-from rgcore.slam.posegraph import Links, optimise
+from rgcore.slam.posegraph import Links, optimise, tension
 from rgcore.slam.refine import refine
 from rgcore.slam.small import between, chain
 from rgcore.slam.surface import surface
@@ -117,9 +117,7 @@ class Lrgc:
             self.breaks.append(len(self) - 1)
         closed = self.loops.seek()
         if closed is not None:
-            self._links.append(closed)
-            self._optimise()
-            self.loops.closed()
+            self._close(closed)
         self._renew_map()
 
     def _odometry_link(self, k: int, sure: bool) -> Links:
@@ -136,14 +134,27 @@ class Lrgc:
         self._members = self.loops.local_members()
         self._map = self.keyframes.map_of(self._members)
 
-    def _optimise(self) -> None:
+    def _graph(self) -> Links:
+        """All links so far, in one."""
         self._links = [self._links[0].plus(*self._links[1:])]
         self._odometry_links = [Links.none().plus(*self._odometry_links)]
-        self.keyframes.poses[:] = optimise(self.keyframes.poses, self._links[0].plus(*self._odometry_links))
+        return self._links[0].plus(*self._odometry_links)
+
+    def _close(self, closures: Links) -> None:
+        """Closes a loop, unless the links along it would have to stretch beyond what their scans allow."""
+        graph = self._graph()
+        before = optimise(self.keyframes.poses, graph)
+        after = optimise(before, graph.plus(closures))
+        strain = tension(after, graph) - tension(before, graph)
+        believed = strain < self.settings.strain
+        self.keyframes.poses[:] = after if believed else before
+        if believed:
+            self._links.append(closures)
+        self.loops.closed(believed)
 
     def finish(self) -> np.ndarray:
         """(N, 3) map_from_laser of all scans, after the final optimisation."""
         if len(self.keyframes) > 1:
-            self._optimise()
+            self.keyframes.poses[:] = optimise(self.keyframes.poses, self._graph())
             refine(self.keyframes, self._odometry_links[0], self.settings)
         return self.poses()

@@ -64,6 +64,11 @@ def chi_squared(poses: np.ndarray, links: Links) -> np.ndarray:
     return np.einsum("li,lij,lj->l", off, links.information, off)
 
 
+def tension(poses: np.ndarray, links: Links) -> float:
+    """Sum of the chi squared of all links; one that may be wrong counts for no more than its scale."""
+    return float(np.minimum(chi_squared(poses, links), links.scale).sum())
+
+
 def optimise(poses: np.ndarray, links: Links, rounds: int = 10, enough: float = 1e-3) -> np.ndarray:
     """Poses (N, 3) that agree best with the links; pose 0 stays where it is.
 

@@ -109,6 +109,33 @@ def test_carried_elsewhere_is_told_and_bends_nothing() -> None:
     assert np.hypot(*(after - se2.relative(true[61], true[61:]))[:, :2].T).max() < 0.1
 
 
+def test_two_rooms_that_look_alike_stay_two() -> None:
+    """Along a corridor with twin rooms on one side; in the second the first one fits perfectly."""
+    walls = [chain((-2, -1), (24, -1), (24, 1), (17, 1)), chain((15, 1), (7, 1)), chain((5, 1), (-2, 1), (-2, -1))]
+    for x in (6.0, 16.0):
+        walls.append(
+            chain(
+                (x - 1, 1), (x - 2, 1), (x - 2, 5), (x - 0.5, 5), (x - 0.5, 4.4), (x + 2, 4.4), (x + 2, 1), (x + 1, 1)
+            )
+        )
+    lane = [
+        np.column_stack([np.arange(a, b, 0.2), np.zeros(round((b - a) / 0.2)), np.zeros(round((b - a) / 0.2))])
+        for a, b in ((0, 6), (6, 16))
+    ]
+    turns = np.pi / 2 * np.linspace(0, 1, 6)
+    up = np.column_stack([np.zeros(15), np.arange(0, 3, 0.2), np.full(15, np.pi / 2)])
+    visit = np.concatenate(
+        [
+            np.column_stack([0 * turns, 0 * turns, turns]),
+            up,
+            up[::-1],
+            np.column_stack([0 * turns, 0 * turns, turns[::-1]]),
+        ]
+    )
+    true = np.concatenate([lane[0], visit + np.array([6.0, 0, 0]), lane[1], visit + np.array([16.0, 0, 0])])
+    assert error(lrgc(record(np.concatenate(walls), true, seed=3), Slam()).map_from_base, true) < 0.15
+
+
 def test_one_scan_at_a_time_is_the_same_as_a_log() -> None:
     mapper = Lrgc(LOG.bearings, Slam())
     for k in range(len(LOG)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -46,8 +47,14 @@ def aligned_rmse(poses: np.ndarray, true: np.ndarray) -> float:
     return float(np.sqrt(((a @ turn.T - b) ** 2).sum(1).mean()))
 
 
+@cache
 def log(name: str) -> ScanLog:
     return read_log(DATA / "logs" / name)
+
+
+@cache
+def mapped(name: str) -> Trajectory:
+    return lrgc(log(name), Slam())
 
 
 @pytest.mark.parametrize(("name", "rows"), [("intel.log.gz", "-4,5"), ("intel-dense.log.gz", "0,1")])
@@ -59,7 +66,7 @@ def test_intel(name: str, rows: str, tmp_path: Path) -> None:
         str(folder / "intel-odometry.csv.gz"),
         f"--rows={rows}",
     ]
-    scores = relations(lrgc(log(name), Slam()), tmp_path, *options)
+    scores = relations(mapped(name), tmp_path, *options)
     assert scores["trans_mean"] < 0.021
     assert scores["rot_mean"] < 0.7
     assert scores["trans_max"] < 0.15
@@ -67,9 +74,7 @@ def test_intel(name: str, rows: str, tmp_path: Path) -> None:
 
 def test_fr079(tmp_path: Path) -> None:
     """Its odometry has stretches whose translation has the wrong sign."""
-    scores = relations(
-        lrgc(log("fr079.log.gz"), Slam()), tmp_path, str(DATA / "relations/fr079.relations"), "--forward", "0.04"
-    )
+    scores = relations(mapped("fr079.log.gz"), tmp_path, str(DATA / "relations/fr079.relations"), "--forward", "0.04")
     assert scores["trans_mean"] < 0.039
     assert scores["rot_mean"] < 0.54
 
@@ -87,11 +92,10 @@ def test_simulated_runs(name: str) -> None:
 )
 def test_thinned_logs_give_the_same_map(name: str, stride: int, bound: float) -> None:
     """A wrong closure would bend one of the two by metres."""
-    whole = log(name)
-    thinned = lrgc(whole[::stride], Slam()).map_from_base
-    assert aligned_rmse(thinned, lrgc(whole, Slam()).map_from_base[::stride]) < bound
+    thinned = lrgc(log(name)[::stride], Slam()).map_from_base
+    assert aligned_rmse(thinned, mapped(name).map_from_base[::stride]) < bound
 
 
 def test_aces_closes_its_loops() -> None:
     """The weak reference was corrected by a particle filter, scan by scan."""
-    assert aligned_rmse(lrgc(log("aces.log.gz"), Slam()).map_from_base, log("aces-gfs.log.gz").odom_from_base) < 1.0
+    assert aligned_rmse(mapped("aces.log.gz").map_from_base, log("aces-gfs.log.gz").odom_from_base) < 1.0
