@@ -4,11 +4,13 @@ How far an old keyframe may be off is the way through the graph to it times a dr
 "Recognizing places using spectrally clustered local matches", 2009). Where that is little the old keyframes simply join
 the local map; where it is much the scan is correlated with the map of the old keyframes. A closure counts when its
 response is high and without a rival, when the scans do not see through each other's walls, and when closures from
-different places along the way ask for the same correction (pairwise consistency: Mangelson et al., ICRA 2018).
+different places along the way ask for the same correction (pairwise consistency: Mangelson et al., ICRA 2018); and the
+graph may still refuse it (``Lrgc``), if the other links would have to stretch.
 """
 
 from __future__ import annotations
 
+from array import array
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,23 +44,27 @@ class Ways:
 
     def __init__(self) -> None:
         self.length = np.zeros(0)
-        self._edges: list[tuple[int, int, float]] = []
+        self._ends, self._lengths = array("q"), array("d")  # of the edges: two keyframes each, and a length [m]
 
     def advance(self, step: float) -> None:
         """A new keyframe, ``step`` [m] from the one before."""
         k = len(self.length)
         if k:
-            self._edges.append((k - 1, k, step))
+            self._add(k - 1, k, step)
         self.length = np.append(self.length + step, 0.0)
 
     def shortcut(self, keyframe: int, distance: float) -> None:
         """The newest keyframe is linked to an old one ``distance`` [m] away."""
-        self._edges.append((len(self.length) - 1, keyframe, distance))
+        n = len(self.length)
+        self._add(n - 1, keyframe, distance)
         if self.length[keyframe] > distance + self.SLACK:
-            a, b, d = np.array(self._edges).T
-            n = len(self.length)
-            graph = csr_matrix((np.maximum(d, 1e-3), (a.astype(int), b.astype(int))), shape=(n, n))
+            ends = np.array(self._ends).reshape(-1, 2)
+            graph = csr_matrix((np.array(self._lengths), (ends[:, 0], ends[:, 1])), shape=(n, n))
             self.length = dijkstra(graph, directed=False, indices=n - 1)
+
+    def _add(self, a: int, b: int, length: float) -> None:
+        self._ends.extend((a, b))
+        self._lengths.append(max(length, 1e-3))  # a sparse graph takes zero for no edge
 
 
 @dataclass(frozen=True)
