@@ -21,8 +21,8 @@ NORMALS_AGREE = 0.7
 """Cosine of the largest angle between the normals of a pair: 45 degrees, which also tells the two faces of a wall
 apart.
 """
-FALSE_INFORMATION = 0.02
-"""Noise of normals of 8 degrees makes a corridor seem to resist along its axis by sin(8 deg)^2 a point; it is taken
+FALSE_INFORMATION = 0.01
+"""Noise of normals of 6 degrees makes a corridor seem to resist along its axis by sin(6 deg)^2 a point; it is taken
 off.
 """
 
