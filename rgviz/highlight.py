@@ -33,7 +33,7 @@ def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
         flat = np.full((len(corners), 3), theme.Z_FLOOR + 0.005, np.float32)
         flat[:, :2] = corners
         faces = np.arange(len(flat)).reshape(-1, 3)
-        out[node_name(class_)] = Faces(flat, faces, theme.class_color(class_), theme.FLOOR_OPACITY)
+        out[node_name(class_)] = Faces(flat, faces, theme.over_white(theme.class_color(class_), theme.CHOSEN_OPACITY))
     return out
 
 

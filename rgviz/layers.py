@@ -18,6 +18,8 @@ from rgviz import theme
 from rgviz.theme import RGB
 
 T = TypeVar("T")
+MOST_POINTS = 120_000
+"""echoes that are drawn: more make every frame slow where there is no GPU, and look the same"""
 
 
 @dataclass(frozen=True)
@@ -31,13 +33,17 @@ class Strokes:
 
 @dataclass(frozen=True)
 class Faces:
-    """Triangles: ``vertices (V, 3)`` [m], ``faces (F, 3)``; one colour; ``shaded``: lit from the side as a solid."""
+    """Triangles: ``vertices (V, 3)`` [m], ``faces (F, 3)`` counter-clockwise from outside; one colour.
+
+    ``shaded``: each face has its own light; ``both_sides``: seen from behind, too, which costs more.
+    """
 
     vertices: np.ndarray
     faces: np.ndarray
     color: RGB
     opacity: float = 1.0
     shaded: bool = False
+    both_sides: bool = False
 
 
 @dataclass(frozen=True)
@@ -97,7 +103,8 @@ class Layer:
 
 
 def _points(_: RGMap, artist: Artist) -> Drawings:
-    return {"echoes": Dots(_at(artist.points, theme.Z_POINTS), theme.POINT, 0.04, "square")}
+    step = -(-len(artist.points) // MOST_POINTS) or 1
+    return {"echoes": Dots(_at(artist.points[::step], theme.Z_POINTS), theme.POINT, 0.04, "square")}
 
 
 def _trajectory(_: RGMap, artist: Artist) -> Drawings:
@@ -113,8 +120,8 @@ def _floors(map_: RGMap, artist: Artist) -> Drawings:
     for class_, floors in sorted(by_class.items()):
         corners = np.concatenate(floors).reshape(-1, 2)
         faces = np.arange(len(corners)).reshape(-1, 3)
-        color = theme.class_color(class_)
-        out[node_name(class_)] = Faces(_at(corners, theme.Z_FLOOR), faces, color, theme.FLOOR_OPACITY)
+        color = theme.over_white(theme.class_color(class_))  # blending would cost every pixel twice
+        out[node_name(class_)] = Faces(_at(corners, theme.Z_FLOOR), faces, color)
     return out
 
 
@@ -143,7 +150,7 @@ def _walls(map_: RGMap, _: Artist) -> Drawings:
     corners = np.stack([low[:, 0], low[:, 1], high[:, 1], high[:, 0]], 1).reshape(-1, 3)
     first = 4 * np.arange(len(ends))[:, None, None]
     faces = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
-    return {"walls": Faces(corners, faces, theme.WALL, shaded=True)}
+    return {"walls": Faces(corners, faces, theme.WALL, shaded=True, both_sides=True)}
 
 
 def _boxes(map_: RGMap, _: Artist) -> Drawings:

@@ -12,6 +12,7 @@ from rgviz import theme
 from rgviz.glb import strokes_glb
 from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, extent, growing_path, outdated
 
+FLAT_LIGHT, SOLID_LIGHT = "/light/flat", "/light/solid"
 MOST_THICK = 1200
 """strokes of a drawing that are drawn thick; more become a pixel wide, which is six times faster without a GPU"""
 
@@ -34,7 +35,8 @@ class Canvas:
             touched += 1
         for name, drawing in wanted.items():
             if name not in self.drawn or not _equal(self.drawn[name], drawing):
-                self.nodes[name] = _add(self.scene, f"{self.root}/{name}", drawing)
+                if not (name in self.drawn and _update(self.nodes[name], self.drawn[name], drawing)):
+                    self.nodes[name] = _add(self.scene, f"{self.root}/{name}", drawing)
                 self.drawn[name] = drawing
                 touched += 1
         return touched
@@ -55,9 +57,12 @@ class Scene:
         scene.world_axes.visible = False
         scene.configure_environment_map(None)  # loading it blocks a page for seconds where there is no GPU
         scene.configure_default_lights(enabled=False, cast_shadow=False)
-        # light from everywhere and from above: a floor gets exactly its colour, walls are shaded
-        scene.add_light_ambient("/light/sky", intensity=0.62 * np.pi)
-        scene.add_light_directional("/light/sun", intensity=0.38 * np.pi / SUN[2], position=tuple(10 * SUN))
+        # either way a floor gets exactly its colour; only the solid view pays for shading walls
+        scene.add_frame(FLAT_LIGHT, show_axes=False)
+        scene.add_light_ambient(f"{FLAT_LIGHT}/sky", intensity=np.pi)
+        scene.add_frame(SOLID_LIGHT, show_axes=False, visible=False)
+        scene.add_light_ambient(f"{SOLID_LIGHT}/sky", intensity=0.62 * np.pi)
+        scene.add_light_directional(f"{SOLID_LIGHT}/sun", intensity=0.38 * np.pi / SUN[2], position=tuple(10 * SUN))
         self._growing = Canvas(scene, "/growing")
         self.layers: dict[str, Canvas] = {}
         for layer in LAYERS:
@@ -109,9 +114,26 @@ def _same(x: Any, y: Any) -> bool:
     return bool(x == y)
 
 
+def _update(node: Any, old: Drawing, new: Drawing) -> bool:
+    """Give a node its new shape, which is cheaper for the browser than a new node; False if it must be a new one."""
+    if isinstance(old, Faces) and isinstance(new, Faces):
+        if (old.color, old.opacity, old.shaded) != (new.color, new.opacity, new.shaded):
+            return False
+        node.vertices, node.faces = new.vertices, new.faces.astype(np.uint32)
+        return True
+    if isinstance(old, Strokes) and isinstance(new, Strokes) and _thin(old) and _thin(new):
+        node.glb_data = strokes_glb(new.ends, new.color)
+        return True
+    return False
+
+
+def _thin(drawing: Strokes) -> bool:
+    return drawing.width <= theme.THIN_WIDTH or len(drawing.ends) > MOST_THICK
+
+
 def _add(scene: viser.SceneApi, name: str, drawing: Drawing) -> Any:
     """A node for a drawing; one of the same name is replaced."""
-    if isinstance(drawing, Strokes) and (drawing.width <= theme.THIN_WIDTH or len(drawing.ends) > MOST_THICK):
+    if isinstance(drawing, Strokes) and _thin(drawing):
         return scene.add_glb(name, strokes_glb(drawing.ends, drawing.color), cast_shadow=False, receive_shadow=False)
     if isinstance(drawing, Strokes):
         color = theme.srgb_to_linear(drawing.color) if isinstance(drawing.color, np.ndarray) else drawing.color
@@ -134,7 +156,7 @@ def _add(scene: viser.SceneApi, name: str, drawing: Drawing) -> Any:
         drawing.faces.astype(np.uint32),
         color=drawing.color,
         opacity=None if drawing.opacity == 1 else drawing.opacity,
-        side="double",
+        side="double" if drawing.both_sides else "front",
         flat_shading=drawing.shaded,
         cast_shadow=False,
         receive_shadow=False,

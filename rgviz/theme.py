@@ -26,7 +26,8 @@ GATEWAY_POINT: RGB = (0, 60, 120)
 WALL: RGB = (206, 209, 214)
 SELECTION: RGB = (236, 0, 120)
 
-FLOOR_OPACITY = 0.30
+FLOOR_OPACITY, CHOSEN_OPACITY = 0.30, 0.55
+"""strength of the class colours on floors, and on those of selected regions"""
 WALL_HEIGHT = 1.2
 """m, of walls in the 3D view: cut low, as in an architect's model, so that one sees into the rooms"""
 

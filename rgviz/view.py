@@ -16,7 +16,7 @@ from rgviz import highlight, theme, tools
 from rgviz.bridge import Bridge, Commit, FromBrowser
 from rgviz.panels import Panels
 from rgviz.picking import Item
-from rgviz.scene import Canvas
+from rgviz.scene import FLAT_LIGHT, SOLID_LIGHT, Canvas
 
 if TYPE_CHECKING:
     from rgviz.app import App
@@ -118,14 +118,15 @@ class View:
         self.flat = not self.flat if flat is None else flat
         self.bridge.tell("view", mode="2d" if self.flat else "3d")
         self.panels.set_layer("/walls", not self.flat)
+        self._show_node(FLAT_LIGHT, self.flat)
+        self._show_node(SOLID_LIGHT, not self.flat)
 
     def show_layer(self, name: str, shown: bool) -> None:
         """For this browser alone."""
         if name == "/labels":
             self.bridge.tell("labels-shown", shown=shown)
-            return
-        message = viser._messages.SetSceneNodeVisibilityMessage(name, shown)
-        self.client._websock_connection.queue_message(message)
+        else:
+            self._show_node(name, shown)
 
     # ---- told by the app --------------------------------------------------------------------------
 
@@ -152,6 +153,10 @@ class View:
         if not self.selection:
             raise EditError(f"{why_not}.")
         return self.selection
+
+    def _show_node(self, name: str, shown: bool) -> None:
+        message = viser._messages.SetSceneNodeVisibilityMessage(name, shown)
+        self.client._websock_connection.queue_message(message)
 
     def _heard(self, message: FromBrowser) -> None:
         if isinstance(message, Commit):
