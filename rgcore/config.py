@@ -122,7 +122,7 @@ class Localize(Settings):
     odometry_noise: Annotated[float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)] = 0.15
     reach: Annotated[float, setting("m", "how far off the predicted pose may be before lines are searched wider", gt=0, le=5)] = 0.5
     tolerance: Annotated[float, setting("m", "an echo nearer to a line than this is explained by it: 4 deviations", gt=0, le=1)] = 0.12
-    least_explained: Annotated[float, setting("1", "a scan explained less is not believed", gt=0, le=1)] = 0.35
+    least_fit: Annotated[float, setting("1", "scans with less share explained, less crossed, are not believed: it is that of wrong places", gt=0, le=1)] = 0.3
     patience: Annotated[int, setting("scans", "so many unbelieved scans in a row and the robot is lost", ge=1, le=1000)] = 5
     window: Annotated[int, setting("scans", "a global search takes that many: some metres of way", ge=1, le=1000)] = 20
     rival: Annotated[float, setting("1", "places whose scans fit this much worse than the best are no rivals", gt=0, le=1)] = 0.05

@@ -1,7 +1,9 @@
-"""Localization on a finished line map, scan by scan: the way of a robot from a known start, and whether it is lost."""
+"""Localization on a finished line map: the way of a robot, scan by scan, whether it is lost, and where it is then."""
 
 from __future__ import annotations
 
+from collections import deque
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,15 +11,22 @@ from numpy.typing import ArrayLike
 
 from rgcore.config import Localize
 from rgcore.errors import RgError
+from rgcore.geometry import se2
 from rgcore.geometry.segments import lengths
 from rgcore.model.records import RGMap
 from rgcore.robot.linemap import expect, line_map
 from rgcore.robot.register import Fit, View, fit, register, view
+from rgcore.robot.search import APART, Ground, candidates, distinct, ground_of, surroundings, surroundings_of
 from rgcore.slam.small import between, chain
 from rgcore.slam.tracking import motion_deviation
 
-START_DEVIATION = np.array([0.1, 0.1, 0.05])
+START_DEVIATION = (0.1, 0.1, 0.05)
 """How well a person knows a start [m, m, rad]."""
+BLIND = 0.1
+"""m, rad: deviation of a motion that is only guessed to go on as before."""
+LEAP = 0.5
+"""Share of explained less crossed readings that must speak for a pose farther off than odometry allows."""
+NOWHERE = Fit(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -26,9 +35,9 @@ class Estimate:
 
     pose        (3,)   map_from_laser
     covariance  (3, 3) of x, y [m] and theta [rad], map frame; long in a direction that the lines do not show
-    explained   share of the scan's readings that the lines explain; 1 where it has none
+    explained   share of the scan's readings that the lines explain
     crossed     share that went through a line: a wall that is not where the map has it, or a wrong pose
-    lost        True when some scans in a row did not fit: the pose is then that of odometry alone
+    lost        True once some scans in a row did not fit, until the next start; the pose is then that of odometry
     """
 
     pose: np.ndarray
@@ -36,6 +45,22 @@ class Estimate:
     explained: float
     crossed: float
     lost: bool
+
+
+@dataclass(frozen=True)
+class Found:
+    """Where a robot may be that was anywhere: places in the order of how well its scans fit there.
+
+    poses        (k, 3) map_from_laser at the last scan; none where the scans show nothing
+    covariances  (k, 3, 3)
+    quality      (k,)   mean share of explained less crossed readings, over all scans
+    sure         the first place fits, and no other nearly as well; False: ambiguous or nowhere
+    """
+
+    poses: np.ndarray
+    covariances: np.ndarray
+    quality: np.ndarray
+    sure: bool
 
 
 def ends_of(lines: RGMap | np.ndarray) -> np.ndarray:
@@ -53,61 +78,139 @@ def ends_of(lines: RGMap | np.ndarray) -> np.ndarray:
 
 
 class Localizer:
-    """Follows a robot on the lines of a map: ``start`` once, then ``add`` every scan."""
+    """Follows a robot on the lines of a map: ``start`` (or ``find``) once, then ``add`` every scan."""
 
-    def __init__(self, lines: RGMap | np.ndarray, bearings: np.ndarray, settings: Localize | None = None) -> None:
+    def __init__(self, lines: RGMap | np.ndarray, bearings: ArrayLike, settings: Localize | None = None) -> None:
         """``lines``: a map, or ends (L, 2, 2) with free space on their left; ``bearings`` (B,) [rad] of the laser."""
         self.settings = settings or Localize()
         self.bearings = np.array(bearings, float)
-        self.lines = line_map(ends_of(lines), self.settings.reach)
+        self.ends = ends_of(lines)
+        self.lines = line_map(self.ends, self.settings.reach)
+        self._ground: Ground | None = None
         self._pose, self._covariance = np.zeros(3), np.eye(3)
         self._odometry: np.ndarray | None = None
+        self._moved = np.zeros(3)
         self._unbelieved = self.settings.patience  # nothing is known before the start
+        self._doubtful: deque[tuple[np.ndarray, np.ndarray | None]] = deque(maxlen=self.settings.window)
+
+    @property
+    def lost(self) -> bool:
+        """Whether it was never started, or lost its way since."""
+        return self._unbelieved >= self.settings.patience
 
     def start(self, pose: ArrayLike, deviation: ArrayLike = START_DEVIATION) -> None:
         """The next scan is taken at ``pose`` (3,), map_from_laser, give or take ``deviation`` (3,) [m, m, rad]."""
         self._pose, self._covariance = np.array(pose, float), np.diag(np.asarray(deviation, float) ** 2)
-        self._odometry, self._unbelieved = None, 0
+        self._odometry, self._moved, self._unbelieved = None, np.zeros(3), 0
+        self._doubtful.clear()
 
-    def add(self, ranges: ArrayLike, odometry: ArrayLike) -> Estimate:
-        """The pose at the next scan: ``ranges`` (B,) [m], nan or inf for no echo; ``odometry`` (3,) odom_from_laser."""
-        s = self.settings
-        self._predict(np.array(odometry, float))
-        seen = view(np.array(ranges, float), self.bearings, s.max_range, s.spacing)
-        if len(seen.points) > 0:
-            pose, covariance, shares = self._match(seen)
-            self._judge(shares.explained >= s.least_explained)
-            if self._unbelieved == 0:
-                self._pose, self._covariance = pose, covariance
+    def add(self, ranges: ArrayLike, odometry: ArrayLike | None) -> Estimate:
+        """The pose at the next scan: ``ranges`` (B,) [m], nan or inf for no echo; ``odometry`` (3,) odom_from_laser.
+
+        Without odometry (None) the robot is taken to go on as before.
+        """
+        scan = np.array(ranges, float)
+        where = None if odometry is None else np.array(odometry, float)
+        before = self._pose
+        first = self._odometry is None and where is not None
+        self._predict(where)
+        seen = view(scan, self.bearings, self.settings.max_range, self.settings.spacing)
+        shares = self._correct(seen) if len(seen.points) > 0 else NOWHERE
+        self._moved = np.zeros(3) if first else between(before, self._pose)
+        if self._unbelieved > 0:
+            self._doubtful.append((scan, where))
         else:
-            shares = Fit(1.0, 0.0, 0.0)
+            self._doubtful.clear()
         return Estimate(self._pose.copy(), self._covariance.copy(), shares.explained, shares.crossed, self.lost)
 
-    @property
-    def lost(self) -> bool:
-        """Whether it was never started, or lost its way since; only ``start`` ends that."""
-        return self._unbelieved >= self.settings.patience
+    def recover(self) -> Found | None:
+        """Where a lost robot is, by ``find`` on the scans since it lost its way; None until these are a window full."""
+        if not self.lost or len(self._doubtful) < self.settings.window:
+            return None
+        scans, odometry = zip(*self._doubtful, strict=True)
+        return self.find(np.array(scans), None if odometry[0] is None else np.array(odometry))
 
-    def _judge(self, believed: bool) -> None:
-        if not self.lost:
-            self._unbelieved = 0 if believed else self._unbelieved + 1
+    def find(self, ranges: ArrayLike, odometry: ArrayLike | None) -> Found:
+        """Where a robot is that may be anywhere: ``ranges`` (k, B) of scans one after the other, ``odometry`` (k, 3).
 
-    def _predict(self, odometry: np.ndarray) -> None:
-        if self._odometry is not None:
-            moved = between(self._odometry, odometry)
-            c, s = np.cos(self._pose[2]), np.sin(self._pose[2])
-            lever = np.eye(3)
-            lever[0, 2], lever[1, 2] = -s * moved[0] - c * moved[1], c * moved[0] - s * moved[1]
-            turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            noise = np.diag(motion_deviation(moved, self.settings.odometry_noise) ** 2)
-            self._covariance = lever @ self._covariance @ lever.T + turn @ noise @ turn.T
-            self._pose = chain(self._pose, moved)
+        If that is sure, the robot is started there, and ``add`` goes on with the next scan.
+        """
+        s = self.settings
+        scans = np.asarray(ranges, float)
+        odom = None if odometry is None else np.asarray(odometry, float)
+        around = surroundings(scans, odom, self.bearings, s.max_range)
+        guesses, _ = candidates(around, self._searchable())
+        robots = [self._follow(se2.compose(guess, around.poses[0]), scans, around.poses) for guess in guesses]
+        robots.sort(key=lambda r: -r[1])
+        if not robots:
+            return Found(np.zeros((0, 3)), np.zeros((0, 3, 3)), np.zeros(0), False)
+        poses = np.array([r._pose for r, _ in robots])
+        keep = distinct(poses, *APART, len(poses))
+        quality = np.array([robots[k][1] for k in keep])
+        sure = quality[0] >= s.least_fit and (len(keep) < 2 or quality[1] < quality[0] - s.rival)
+        if sure:
+            best = robots[0][0]
+            self._pose, self._covariance, self._unbelieved = best._pose, best._covariance, 0
+            self._odometry, self._moved = None if odom is None else odom[-1].copy(), best._moved
+            self._doubtful.clear()
+        return Found(poses[keep], np.array([robots[k][0]._covariance for k in keep]), quality, bool(sure))
+
+    def _follow(self, first: np.ndarray, scans: np.ndarray, way: np.ndarray) -> tuple[Localizer, float]:
+        """A robot that was started at ``first`` and saw the scans along the way (k, 3), and how well they fit."""
+        robot = copy(self)
+        robot._doubtful = deque(maxlen=1)
+        robot.start(first, (0.3, 0.3, 0.1))
+        found = [robot.add(scan, pose) for scan, pose in zip(scans, way, strict=True)]
+        return robot, float(np.mean([e.explained - e.crossed for e in found]))
+
+    def _predict(self, odometry: np.ndarray | None) -> None:
+        """Moves the pose, and widens its covariance, by what odometry says."""
+        if odometry is not None and self._odometry is None:
+            self._odometry = odometry
+            return
+        moved = self._moved if odometry is None or self._odometry is None else between(self._odometry, odometry)
+        deviation = motion_deviation(moved, self.settings.odometry_noise) + (BLIND if odometry is None else 0.0)
+        c, s = np.cos(self._pose[2]), np.sin(self._pose[2])
+        lever = np.eye(3)
+        lever[0, 2], lever[1, 2] = -s * moved[0] - c * moved[1], c * moved[0] - s * moved[1]
+        turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        self._covariance = lever @ self._covariance @ lever.T + turn @ np.diag(deviation**2) @ turn.T
+        self._pose = chain(self._pose, moved)
         self._odometry = odometry
 
-    def _match(self, seen: View) -> tuple[np.ndarray, np.ndarray, Fit]:
+    def _correct(self, seen: View) -> Fit:
+        """Registers a scan on the lines; where it does not fit, the pose stays that of odometry."""
+        pose, covariance, shares = self._match(seen, self._pose)
+        believed = shares.explained - shares.crossed >= self.settings.least_fit
+        if not believed and not self.lost:
+            wide = self._match_widely(seen)
+            if wide is not None:
+                pose, covariance, shares, believed = *wide, True
+        if not self.lost:
+            self._unbelieved = 0 if believed else self._unbelieved + 1
+        if self._unbelieved == 0:
+            self._pose, self._covariance = pose, covariance
+        return shares
+
+    def _match_widely(self, seen: View) -> tuple[np.ndarray, np.ndarray, Fit] | None:
+        """The same, sought around the prediction farther than registration sees; None if in vain."""
+        deviation = np.sqrt(np.diag(self._covariance))
+        window = (self.settings.reach + 3.0 * float(deviation[:2].max()), 0.35 + 3.0 * float(deviation[2]))
+        guesses, _ = candidates(surroundings_of(seen), self._searchable(), self._pose, window)
+        found = [self._match(seen, guess) for guess in guesses]
+        best = max(found, key=lambda match: match[2].explained - match[2].crossed, default=None)
+        return best if best is not None and best[2].explained - best[2].crossed >= LEAP else None
+
+    def _searchable(self) -> Ground:
+        if self._ground is None:
+            self._ground = ground_of(self.ends)
+        return self._ground
+
+    def _match(self, seen: View, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, Fit]:
+        """Pose, covariance and fit of a scan that is registered from a guess on."""
         s = self.settings
         bearings = np.arctan2(seen.points[:, 1], seen.points[:, 0])
-        _, visible = expect(self.lines, self._pose, bearings, s.max_range)
+        _, visible = expect(self.lines, guess, bearings, s.max_range)
         prior = np.linalg.inv(self._covariance)
-        pose, information = register(seen, self.lines, visible, self._pose, prior, s.point_noise, s.line_noise, s.reach)
+        pose, information = register(seen, self.lines, visible, guess, prior, s.point_noise, s.line_noise, s.reach)
         return pose, np.linalg.inv(information), fit(seen, self.lines, pose, s.tolerance)
