@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import settings
 
 from rgcore.pipeline import Run, run
 from rgcore.scans.read import read_log
 from rgviz.demo import LOG
+
+settings.register_profile("rgviz", deadline=None)  # a first call compiles a kernel
+settings.load_profile("rgviz")
 
 
 @pytest.fixture(scope="session")

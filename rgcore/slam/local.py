@@ -21,6 +21,8 @@ NORMALS_AGREE = 0.7
 """Cosine of the largest angle between the normals of a pair: 45 degrees, which also tells the two faces of a wall
 apart.
 """
+LEAST_LEFT = 1e-3
+"""Share of the information along the least certain direction that is never taken off."""
 FALSE_INFORMATION = 0.01
 """Noise of normals of 6 degrees makes a corridor seem to resist along its axis by sin(6 deg)^2 a point; it is taken
 off.
@@ -183,7 +185,8 @@ def discount(information, gradient):  # type: ignore[no-untyped-def]
     angle = 0.5 * np.arctan2(2.0 * covariance[0, 1], covariance[0, 0] - covariance[1, 1])
     ux, uy = np.cos(angle), np.sin(angle)
     variance = ux * ux * covariance[0, 0] + 2.0 * ux * uy * covariance[0, 1] + uy * uy * covariance[1, 1]
-    off = min(FALSE_INFORMATION * (information[0, 0] + information[1, 1]), 1.0 / variance)
+    # all of 1 / variance would leave a singular matrix, and its inverse to the rounding
+    off = min(FALSE_INFORMATION * (information[0, 0] + information[1, 1]), (1.0 - LEAST_LEFT) / variance)
     pull = off * (ux * step[0] + uy * step[1])
     information[0, 0] -= off * ux * ux
     information[0, 1] -= off * ux * uy
