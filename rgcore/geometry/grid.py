@@ -8,10 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
-import numba
 import numpy as np
 
 from rgcore.evidence import Evidence
+from rgcore.geometry.compiled import kernel
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +109,7 @@ def fill_polygons(mask: np.ndarray, polygons: list[np.ndarray], value: bool) -> 
     return image > 0
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel
 def reach(free: np.ndarray, starts: np.ndarray, directions: np.ndarray, limit: float) -> np.ndarray:
     """How far (K,) one comes in free cells from ``starts`` (K, 2) along unit ``directions`` (K, 2), at most ``limit``.
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from rgcore.geometry.compiled import kernel
 
 
 def cast(
@@ -27,7 +28,7 @@ def cast(
     return ranges, hit
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cast(
     segments: np.ndarray, poses: np.ndarray, bearings: np.ndarray, max_range: float, ranges: np.ndarray, hit: np.ndarray
 ) -> None:

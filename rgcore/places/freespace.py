@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numba
 import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.evidence import Evidence
+from rgcore.geometry.compiled import kernel
 from rgcore.geometry.grid import Grid
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
@@ -83,7 +83,7 @@ def _reaches(log: ScanLog, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     return reach, echo
 
 
-@numba.njit(cache=True, nogil=True)
+@kernel
 def _cast(starts: np.ndarray, tips: np.ndarray, used: np.ndarray, ends: np.ndarray, counts: np.ndarray) -> None:
     """Step along each beam, one cell of its longer axis at a time; coordinates are in cells."""
     n, beams = used.shape
