@@ -205,7 +205,8 @@ def points(values: Iterable[tuple[float, float]]) -> str:
 
 
 def degrees(angle: float) -> str:
-    return f"{math.degrees(angle):.0f}°"
+    """An angle [rad] in whole degrees, within half a turn either way."""
+    return f"{round(math.degrees(math.remainder(angle, math.tau)))}°"
 
 
 def wrap(html: str) -> str:

@@ -98,7 +98,6 @@ class MappingJob:
 def _work(log: Path, project: Path, config: Config, pipe: Connection) -> None:
     """In the child: read, map, make the project."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C reaches the whole group; the parent decides
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # an exception, so that what is half written is taken back
     threading.Thread(target=_end_with_parent, args=(pipe,), daemon=True).start()
     try:
         _map(log, project, config, pipe)
@@ -131,6 +130,8 @@ def _map(log_path: Path, project: Path, config: Config, pipe: Connection) -> Non
     watcher = _Watcher(log, config, pipe)
     result = run(log, config, Cache(None), watcher)
     pipe.send(Report("save", 0, 1))
+    # Until here nothing was written, and a signal ends it at once. From here it is an exception: what is half made goes.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     Project.create(project, result).close()
 
 

@@ -281,12 +281,12 @@ def growing_path(trajectory: np.ndarray) -> Drawings:
 
 
 def extent(map_: RGMap, artist: Artist) -> np.ndarray:
-    """(2, 2) lower left and upper right of the map [m]: its regions and their lines, else whatever there is to see.
+    """(2, 2) lower left and upper right of the map [m]: its regions, else its lines, else whatever there is to see.
 
-    A few lines that no region claims, seen through a window, do not shrink the view of all the others.
+    A few lines outside of all regions, seen through a window, do not shrink the view of everything else.
     """
     parts = [np.asarray(r.boundary) for r in map_.regions.values()]
-    parts += [np.array([v.start, v.end]) for v in map_.lines.values() if v.regions or not map_.regions]
+    parts = parts or [np.array([v.start, v.end]) for v in map_.lines.values()]
     return bounds(np.concatenate(parts or [np.asarray(artist.points, float), np.asarray(artist.trajectory, float)]))
 
 

@@ -153,10 +153,11 @@
       const chosen = state.selected.has(label.id);
       if (!chosen && label.room * scale < label.least) continue;
       const p = project(label.x, label.y, label.z || 0);
+      if (p && label.kind === "gateway") p[1] += 18;   // beside its marks, not on them
       if (!p || p[0] < 0 || p[1] < 0 || p[0] > r.width || p[1] > r.height) continue;
       g.font = `${label.kind === "region" ? 600 : 500} ${label.kind === "region" ? 12 : 11}px ${FONT}`;
       const wide = widthOf(g, label.text) + 8;
-      if (!chosen && label.kind === "region" && wide > label.room * scale * 1.5) continue;
+      if (!chosen && label.kind === "region" && wide > label.room * scale * 2) continue;
       const second = label.note && label.room * scale > 90;
       const box = [p[0] - wide / 2, p[1] - 8, p[0] + wide / 2, p[1] + (second ? 22 : 8)];
       if (taken.some((b) => box[0] < b[2] && box[2] > b[0] && box[1] < b[3] && box[3] > b[1])) continue;

@@ -72,10 +72,14 @@ def test_a_damaged_log_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     assert not (tmp_path / "bad.rg").exists()
 
 
-def test_a_cancelled_job_leaves_no_project_and_no_process(log: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("stage", ["read", "slam"])
+def test_a_cancelled_job_leaves_nothing(
+    log: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], stage: str
+) -> None:
     heard: queue.Queue[Any] = queue.Queue()
     job = MappingJob(log, tmp_path / "short.rg", Config(), heard.put)
-    heard.get(timeout=60)
+    while heard.get(timeout=60).stage != stage:
+        pass
     pid = job._child.pid
     assert pid is not None
     job.cancel()
@@ -83,6 +87,7 @@ def test_a_cancelled_job_leaves_no_project_and_no_process(log: Path, tmp_path: P
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
     assert not [m for m in heard.queue if isinstance(m, Finished)]
+    assert capfd.readouterr().err == ""
 
 
 def test_the_mapping_ends_when_its_parent_is_killed(log: Path, tmp_path: Path) -> None:
