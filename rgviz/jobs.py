@@ -130,7 +130,8 @@ def _map(log_path: Path, project: Path, config: Config, pipe: Connection) -> Non
     watcher = _Watcher(log, config, pipe)
     result = run(log, config, Cache(None), watcher)
     pipe.send(Report("save", 0, 1))
-    # Until here nothing was written, and a signal ends it at once. From here it is an exception: what is half made goes.
+    # Until here nothing was written and a signal ends it at once. From here on it is an exception, so that what is half
+    # made is taken back.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     Project.create(project, result).close()
 
