@@ -1,6 +1,6 @@
 """Every setting: one frozen struct a stage, each field with its unit, bounds and the reason for its default.
 
-Metre, radian, second throughout. ``Config()`` is the set of defaults; :func:`load` reads a TOML file and ``--set`` pairs.
+Metre, radian, second throughout. ``Config()`` holds the defaults; :func:`load` reads a TOML file and ``--set`` pairs.
 """
 
 from __future__ import annotations
@@ -14,95 +14,170 @@ from msgspec import Meta
 from rgcore.errors import InputError, SettingError
 
 
-def setting(unit: str, reason: str, **bounds: float) -> Meta:
-    """What a setting says of itself: unit, why its default is what it is, and its bounds (``ge gt le lt``)."""
-    return Meta(description=reason, extra={"unit": unit}, **bounds)  # type: ignore[arg-type]
+def setting(
+    unit: str,
+    reason: str,
+    *,
+    ge: float | None = None,
+    gt: float | None = None,
+    le: float | None = None,
+    lt: float | None = None,
+) -> Meta:
+    """What a setting says of itself: unit, why its default is what it is, and its bounds."""
+    return Meta(description=reason, extra={"unit": unit}, ge=ge, gt=gt, le=le, lt=lt)
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base of the stages' settings."""
 
 
-class Extract(Settings):
+class Extract(Settings, frozen=True):
     """Segments from single scans (paper, sections IV-A and IV-C)."""
 
-    max_range: Annotated[float, setting("m", "beyond it neighbouring beams lie too far apart to make a segment", gt=0, le=200)] = 20.0
-    cluster_distance: Annotated[float, setting("m", "neighbouring echoes farther apart belong to different things", gt=0, le=5)] = 0.35
-    point_line_distance: Annotated[float, setting("m", "farthest point from its segment: 3 sigma of usual range noise", gt=0, le=1)] = 0.06
-    variance: Annotated[float, setting("m", "largest root mean square distance of a segment's points", gt=0, le=1)] = 0.03
+    max_range: Annotated[
+        float, setting("m", "beyond it neighbouring beams lie too far apart to make a segment", gt=0, le=200)
+    ] = 20.0
+    cluster_distance: Annotated[
+        float, setting("m", "neighbouring echoes farther apart belong to different things", gt=0, le=5)
+    ] = 0.35
+    point_line_distance: Annotated[
+        float, setting("m", "farthest point from its segment: 3 sigma of usual range noise", gt=0, le=1)
+    ] = 0.06
+    variance: Annotated[float, setting("m", "largest root mean square distance of a segment's points", gt=0, le=1)] = (
+        0.03
+    )
     min_points: Annotated[int, setting("points", "two echoes always lie on a line, a third can tell", ge=2, le=100)] = 3
     min_length: Annotated[float, setting("m", "shorter ones have no direction, at 12 mm noise", gt=0, le=5)] = 0.08
 
 
-class Slam(Settings):
+class Slam(Settings, frozen=True):
     """Scan matching by local registration and global correlation (paper, section IV-A)."""
 
     max_range: Annotated[float, setting("m", "farther readings are few and hit at grazing angles", gt=0, le=200)] = 25.0
     spacing: Annotated[float, setting("m", "points of a scan nearer than this say the same", ge=0, le=1)] = 0.06
-    point_noise: Annotated[float, setting("m", "deviation of an echo from its wall, range noise and roughness", gt=0, le=1)] = 0.03
-    odometry_noise: Annotated[float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)] = 0.15
+    point_noise: Annotated[
+        float, setting("m", "deviation of an echo from its wall, range noise and roughness", gt=0, le=1)
+    ] = 0.03
+    odometry_noise: Annotated[
+        float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)
+    ] = 0.15
     reach: Annotated[float, setting("m", "how far off the predicted pose may be", gt=0, le=5)] = 0.5
-    keyframe_distance: Annotated[float, setting("m", "a scan every so often keeps all that was seen", gt=0, le=10)] = 0.4
+    keyframe_distance: Annotated[float, setting("m", "a scan every so often keeps all that was seen", gt=0, le=10)] = (
+        0.4
+    )
     keyframe_angle: Annotated[float, setting("rad", "a quarter of a 120 degree view", gt=0, le=3.2)] = 0.5
-    local_keyframes: Annotated[int, setting("keyframes", "the local map: what was seen over some metres", ge=1, le=100)] = 10
-    drift: Annotated[float, setting("m/m", "how far poses run off by the way driven, closures apart", gt=0, le=1)] = 0.03
+    local_keyframes: Annotated[
+        int, setting("keyframes", "the local map: what was seen over some metres", ge=1, le=100)
+    ] = 10
+    drift: Annotated[float, setting("m/m", "how far poses run off by the way driven, closures apart", gt=0, le=1)] = (
+        0.03
+    )
     certain: Annotated[float, setting("m", "old keyframes surer than this join the local map", gt=0, le=5)] = 0.2
     neighbourhood: Annotated[float, setting("m", "keyframes nearer than this see the same things", gt=0, le=50)] = 3.0
     window: Annotated[float, setting("m", "widest search for a loop closure", gt=0, le=50)] = 6.0
     least_response: Annotated[float, setting("1", "a maximum's mean likelihood must exceed this", gt=0, le=1)] = 0.45
     rival: Annotated[float, setting("1", "and be without another maximum of this part of it", ge=0.7, le=1)] = 0.8
-    least_closures: Annotated[int, setting("closures", "so many in a row must agree before they bend the map", ge=1, le=20)] = 3
-    strain: Annotated[float, setting("chi squared", "a closure that stretches the other links by more is a look-alike", gt=0)] = 100.0
-    least_agreement: Annotated[float, setting("1", "scans that agree less about what they see were not taken there", ge=0, le=1)] = 0.6
-    least_points: Annotated[int, setting("points", "fewer surface points do not show where a scan is", ge=1, le=1000)] = 30
-    blind: Annotated[float, setting("m, rad", "deviation of the motion guessed where there is no odometry", gt=0, le=5)] = 0.1
+    least_closures: Annotated[
+        int, setting("closures", "so many in a row must agree before they bend the map", ge=1, le=20)
+    ] = 3
+    strain: Annotated[
+        float, setting("chi squared", "a closure that stretches the other links by more is a look-alike", gt=0)
+    ] = 100.0
+    least_agreement: Annotated[
+        float, setting("1", "scans that agree less about what they see were not taken there", ge=0, le=1)
+    ] = 0.6
+    least_points: Annotated[
+        int, setting("points", "fewer surface points do not show where a scan is", ge=1, le=1000)
+    ] = 30
+    blind: Annotated[
+        float, setting("m, rad", "deviation of the motion guessed where there is no odometry", gt=0, le=5)
+    ] = 0.1
 
 
-class Lines(Settings):
+class Lines(Settings, frozen=True):
     """Merging of segments to the lines of the map (paper, section IV-B and IV-C)."""
 
-    distance: Annotated[float, setting("m", "segments nearer than this are one line; the paper takes 0.05 to 0.1", gt=0, le=1)] = 0.08
-    min_length: Annotated[float, setting("m", "mu: shorter lines are dropped; the side of a bin is longer", gt=0, le=5)] = 0.1
-    ratio: Annotated[float, setting("1", "rho: largest distance / length; the paper takes 0.1 to 0.4", gt=0, le=2)] = 0.25
-    gap: Annotated[float, setting("m", "gamma: collinear lines merge across gaps up to this; the paper takes 0.2", ge=0, le=5)] = 0.2
-    angle: Annotated[float, setting("rad", "20 degrees: the direction of a short segment is no better", gt=0, le=0.5)] = 0.35
-    corner: Annotated[float, setting("m", "ends that meet within this are one corner: the last echo is that far off", ge=0, le=1)] = 0.1
-    min_support: Annotated[int, setting("segments", "a line seen less often is noise or has passed by", ge=1, le=1000)] = 2
+    distance: Annotated[
+        float, setting("m", "segments nearer than this are one line; the paper takes 0.05 to 0.1", gt=0, le=1)
+    ] = 0.08
+    min_length: Annotated[
+        float, setting("m", "mu: shorter lines are dropped; the side of a bin is longer", gt=0, le=5)
+    ] = 0.1
+    ratio: Annotated[float, setting("1", "rho: largest distance / length; the paper takes 0.1 to 0.4", gt=0, le=2)] = (
+        0.25
+    )
+    gap: Annotated[
+        float, setting("m", "gamma: collinear lines merge across gaps up to this; the paper takes 0.2", ge=0, le=5)
+    ] = 0.2
+    angle: Annotated[
+        float, setting("rad", "20 degrees: the direction of a short segment is no better", gt=0, le=0.5)
+    ] = 0.35
+    corner: Annotated[
+        float, setting("m", "ends that meet within this are one corner: the last echo is that far off", ge=0, le=1)
+    ] = 0.1
+    min_support: Annotated[
+        int, setting("segments", "a line seen less often is noise or has passed by", ge=1, le=1000)
+    ] = 2
 
 
-class Accuracy(Settings):
+class Accuracy(Settings, frozen=True):
     """The accuracy measure (paper, section IV-C)."""
 
     max_range: Annotated[float, setting("m", "readings farther than this are left out", gt=0, le=200)] = 12.0
     penalty: Annotated[float, setting("m", "p: what a reading costs that no line predicts", gt=0, le=10)] = 1.0
 
 
-class Places(Settings):
+class Places(Settings, frozen=True):
     """Free space, gateways and regions (paper, section IV-D)."""
 
-    resolution: Annotated[float, setting("m", "cell of the free-space raster: half of the thinnest wall", gt=0, le=0.5)] = 0.05
-    max_range: Annotated[float, setting("m", "farther readings show little of a room and much of pose errors", gt=0, le=200)] = 20.0
-    robot_radius: Annotated[float, setting("m", "half the width of a usual robot: the box of a region is that of its possible positions", gt=0, le=3)] = 0.25
+    resolution: Annotated[
+        float, setting("m", "cell of the free-space raster: half of the thinnest wall", gt=0, le=0.5)
+    ] = 0.05
+    max_range: Annotated[
+        float, setting("m", "farther readings show little of a room and much of pose errors", gt=0, le=200)
+    ] = 20.0
+    robot_radius: Annotated[
+        float,
+        setting(
+            "m", "half the width of a usual robot: the box of a region is that of its possible positions", gt=0, le=3
+        ),
+    ] = 0.25
     min_gateway: Annotated[float, setting("m", "narrower gaps let no robot through", gt=0, le=5)] = 0.5
     max_gateway: Annotated[float, setting("m", "wider gaps are no transition but one place", gt=0, le=20)] = 5.0
-    clutter: Annotated[float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)] = 0.8
-    min_confidence: Annotated[float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)] = 0.6
-    unpassed_confidence: Annotated[float, setting("1", "a gap between cabinets looks like a door; what was driven through is surer", ge=0, le=1)] = 0.97
-    weak_confidence: Annotated[float, setting("1", "a chord above it still counts where it closes a room together with a sure one", ge=0, le=1)] = 0.3
-    furniture: Annotated[float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)] = 1.8
-    snap_distance: Annotated[float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)] = 0.15
-    split_hallways: Annotated[bool, setting("-", "hallways that bend or cross stay one region; true cuts them at junctions")] = False
+    clutter: Annotated[
+        float, setting("m", "free-standing things smaller than this divide no room: legs, bins, people", ge=0, le=10)
+    ] = 0.8
+    min_confidence: Annotated[
+        float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)
+    ] = 0.6
+    unpassed_confidence: Annotated[
+        float, setting("1", "a gap between cabinets looks like a door; what was driven through is surer", ge=0, le=1)
+    ] = 0.97
+    weak_confidence: Annotated[
+        float, setting("1", "a chord above it still counts where it closes a room together with a sure one", ge=0, le=1)
+    ] = 0.3
+    furniture: Annotated[
+        float, setting("m", "things up to this size that touch no wall divide no room either", ge=0, le=20)
+    ] = 1.8
+    snap_distance: Annotated[
+        float, setting("m", "posts move this far onto the end of a line: two cells and a line's error", ge=0, le=1)
+    ] = 0.15
+    split_hallways: Annotated[
+        bool, setting("-", "hallways that bend or cross stay one region; true cuts them at junctions")
+    ] = False
     min_area: Annotated[float, setting("m2", "smaller places are niches of their neighbours", ge=0, le=100)] = 0.8
-    no_echo_reach: Annotated[float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)] = 1.0
+    no_echo_reach: Annotated[
+        float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)
+    ] = 1.0
 
 
-class Classes(Settings):
+class Classes(Settings, frozen=True):
     """Region classes (paper, section IV-D)."""
 
     histogram_bins: Annotated[int, setting("bins", "36 bins of 5 degrees over half a turn", ge=8, le=180)] = 36
 
 
-class Objects(Settings):
+class Objects(Settings, frozen=True):
     """Object hypotheses (paper, section III)."""
 
     min_width: Annotated[float, setting("m", "narrower fronts are posts and jambs", gt=0, le=5)] = 0.3
@@ -112,23 +187,45 @@ class Objects(Settings):
     height: Annotated[float, setting("m", "a 2D laser cannot see heights: that of a usual cabinet", gt=0, le=10)] = 1.0
 
 
-class Localize(Settings):
+class Localize(Settings, frozen=True):
     """Localization of a robot on the lines of a finished map."""
 
     max_range: Annotated[float, setting("m", "farther readings are few and hit at grazing angles", gt=0, le=200)] = 20.0
     spacing: Annotated[float, setting("m", "points of a scan nearer than this say the same", ge=0, le=1)] = 0.06
-    point_noise: Annotated[float, setting("m", "deviation of an echo from its line, range noise and roughness", gt=0, le=1)] = 0.03
-    line_noise: Annotated[float, setting("m", "deviation of a line from its wall, common to all its echoes", gt=0, le=1)] = 0.01
-    odometry_noise: Annotated[float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)] = 0.15
-    reach: Annotated[float, setting("m", "how far off the predicted pose may be before lines are searched wider", gt=0, le=5)] = 0.5
-    tolerance: Annotated[float, setting("m", "an echo nearer to a line than this is explained by it: 4 deviations", gt=0, le=1)] = 0.12
-    least_fit: Annotated[float, setting("1", "scans with less share explained, less crossed, are not believed: it is that of wrong places", gt=0, le=1)] = 0.3
-    patience: Annotated[int, setting("scans", "so many unbelieved scans in a row and the robot is lost", ge=1, le=1000)] = 5
+    point_noise: Annotated[
+        float, setting("m", "deviation of an echo from its line, range noise and roughness", gt=0, le=1)
+    ] = 0.03
+    line_noise: Annotated[
+        float, setting("m", "deviation of a line from its wall, common to all its echoes", gt=0, le=1)
+    ] = 0.01
+    odometry_noise: Annotated[
+        float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)
+    ] = 0.15
+    reach: Annotated[
+        float, setting("m", "how far off the predicted pose may be before lines are searched wider", gt=0, le=5)
+    ] = 0.5
+    tolerance: Annotated[
+        float, setting("m", "an echo nearer to a line than this is explained by it: 4 deviations", gt=0, le=1)
+    ] = 0.12
+    least_fit: Annotated[
+        float,
+        setting(
+            "1",
+            "scans with less share explained, less crossed, are not believed: it is that of wrong places",
+            gt=0,
+            le=1,
+        ),
+    ] = 0.3
+    patience: Annotated[
+        int, setting("scans", "so many unbelieved scans in a row and the robot is lost", ge=1, le=1000)
+    ] = 5
     window: Annotated[int, setting("scans", "a global search takes that many: some metres of way", ge=1, le=1000)] = 20
-    rival: Annotated[float, setting("1", "places whose scans fit this much worse than the best are no rivals", gt=0, le=1)] = 0.05
+    rival: Annotated[
+        float, setting("1", "places whose scans fit this much worse than the best are no rivals", gt=0, le=1)
+    ] = 0.05
 
 
-class Config(Settings):
+class Config(Settings, frozen=True):
     """All settings of a run, by stage."""
 
     extract: Extract = Extract()

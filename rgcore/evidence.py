@@ -37,7 +37,9 @@ class Evidence:
         return frozenset()
 
     def _rows(self) -> list[str]:
-        return [f.name for f in fields(self) if f.name not in self.whole() and isinstance(getattr(self, f.name), np.ndarray)]
+        return [
+            f.name for f in fields(self) if f.name not in self.whole() and isinstance(getattr(self, f.name), np.ndarray)
+        ]
 
     def __len__(self) -> int:
         return len(getattr(self, self._rows()[0]))
@@ -45,11 +47,15 @@ class Evidence:
     def __getitem__(self: E, keep: Any) -> E:
         """The same type with the rows that ``keep`` (mask, indices or slice) selects."""
         rows = set(self._rows())
-        return type(self)(**{f.name: getattr(self, f.name)[keep] if f.name in rows else getattr(self, f.name) for f in fields(self)})
+        return type(self)(
+            **{f.name: getattr(self, f.name)[keep] if f.name in rows else getattr(self, f.name) for f in fields(self)}
+        )
 
     def save(self, path: str | Path) -> None:
         """Write an ``.npz`` that :meth:`load` reads back; strings and numbers are kept as 0-d arrays."""
-        np.savez_compressed(path, **{f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) is not None})
+        np.savez_compressed(
+            path, **{f.name: getattr(self, f.name) for f in fields(self) if getattr(self, f.name) is not None}
+        )
 
     @classmethod
     def load(cls: type[E], path: str | Path) -> E:

@@ -64,13 +64,17 @@ def run(log: ScanLog, config: Config | None = None, cache: Cache | None = None, 
     regions = region_of_segments(segments, trajectory, found)
     lines, line_of = stages("lines", lambda: merge_lines(segments, trajectory, regions, c.lines), c.lines, "places")
     places = snap_posts(found, lines, c.places)
-    accuracy = stages("accuracy", lambda: measure_accuracy(log, trajectory, lines.ends, c.accuracy), c.accuracy, "lines")
+    accuracy = stages(
+        "accuracy", lambda: measure_accuracy(log, trajectory, lines.ends, c.accuracy), c.accuracy, "lines"
+    )
     classes = stages("classes", lambda: classify(lines, places, free, c.classes), c.classes, "lines")
     objects = stages("objects", lambda: find_objects(lines, places, c.objects), c.objects, "lines")
 
     scan_regions = places.labels.at(trajectory.map_from_base[:, :2], outside=-1)
     map_ = assemble(log, c, segments, places, lines, line_of, accuracy, classes, objects, scan_regions)
-    return Run(log, c, segments, trajectory, free, places, lines, line_of, accuracy, classes, objects, map_, stages.seconds)
+    return Run(
+        log, c, segments, trajectory, free, places, lines, line_of, accuracy, classes, objects, map_, stages.seconds
+    )
 
 
 class _Stages:
@@ -91,5 +95,3 @@ class _Stages:
         self.seconds[stage] = time.perf_counter() - began
         self.watch(Progress(stage, 1, 1, value))
         return value
-
-

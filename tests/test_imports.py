@@ -57,7 +57,9 @@ def test_a_module_imports_only_from_earlier_rooms(path: Path) -> None:
         assert parts[1] not in TOP, f"{name}: a room does not know the pipeline"
         if parts[1] in GROUND or parts[1] not in ORDER:
             continue
-        assert ORDER.index(parts[1]) <= ORDER.index(where[1]), f"{name} comes later in the way of the data than {where[1]}"
+        assert ORDER.index(parts[1]) <= ORDER.index(where[1]), (
+            f"{name} comes later in the way of the data than {where[1]}"
+        )
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(ROOT)))
@@ -73,7 +75,8 @@ def test_the_library_works_without_viser() -> None:
         "import sys\n"
         "class Absent:\n"
         "    def find_spec(self, name, path=None, target=None):\n"
-        "        if name.split('.')[0] in ('viser', 'websockets', 'rich'): raise ImportError(name + ' is not installed')\n"
+        "        if name.split('.')[0] in ('viser', 'websockets', 'rich'):\n"
+        "            raise ImportError(name + ' is not installed')\n"
         "sys.meta_path.insert(0, Absent())\n"
         "import rgcore.pipeline, rgcore.model.project, rgcore.exports.formats\n"
     )
