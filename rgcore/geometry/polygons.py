@@ -54,16 +54,21 @@ def _straight_ring(ring: np.ndarray, tolerance: float) -> np.ndarray:
     for i, a in enumerate(start):
         n = direction * (start[(i + 1) % len(start)] - a) % len(dense)
         piece = dense[(a + direction * np.arange(n + 1)) % len(dense)]
-        middle = piece.mean(0)
-        _, axes = np.linalg.eigh(np.cov((piece - middle).T) + 1e-12 * np.eye(2)) if n > 1 else (None, None)
-        along = axes[:, 1] if axes is not None else piece[-1] - piece[0]
-        pieces.append((middle, along / max(np.hypot(*along), 1e-9)))
+        if np.hypot(*(piece[-1] - piece[0])) >= 3 * tolerance:  # shorter ones only cut a corner
+            middle = piece.mean(0)
+            _, axes = np.linalg.eigh(np.cov((piece - middle).T))
+            pieces.append((middle, axes[:, 1], piece[0], piece[-1]))
+    if len(pieces) < 3:
+        return corners
     out = []
-    for i, corner in enumerate(corners):
-        (p, u), (q, v) = pieces[i - 1], pieces[i]
+    for (p, u, _, end), (q, v, begin, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
         turn = u[0] * v[1] - u[1] * v[0]
-        meet = p + u * ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / turn if abs(turn) > 0.3 else corner
-        out.append(meet if np.hypot(*(meet - corner)) < 3 * tolerance else corner)
+        if abs(turn) > 0.3:
+            meet = p + u * ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / turn
+            if np.hypot(*(meet - (end + begin) / 2)) < 4 * tolerance:
+                out.append(meet)
+                continue
+        out += [p + u * ((end - p) @ u), q + v * ((begin - q) @ v)]
     return np.array(out)
 
 
