@@ -14,17 +14,9 @@ from msgspec import Meta
 from rgcore.errors import InputError, SettingError
 
 
-def setting(
-    unit: str,
-    reason: str,
-    *,
-    ge: float | None = None,
-    gt: float | None = None,
-    le: float | None = None,
-    lt: float | None = None,
-) -> Meta:
-    """What a setting says of itself: unit, why its default is what it is, and its bounds."""
-    return Meta(description=reason, extra={"unit": unit}, ge=ge, gt=gt, le=le, lt=lt)
+def setting(unit: str, reason: str, **bounds: Any) -> Meta:
+    """What a setting says of itself: unit, why its default is what it is, and its bounds (``ge gt le lt``)."""
+    return Meta(description=reason, extra={"unit": unit}, **bounds)
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

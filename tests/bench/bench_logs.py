@@ -58,12 +58,21 @@ def one(log_path: Path, folder: Path) -> dict[str, Any]:
     """Map one log in this process; counts, seconds by stage, memory."""
     from rgcore import pipeline
     from rgcore.exports.formats import export
+    from rgcore.progress import Progress
     from rgcore.scans.read import read_log
 
     began = time.process_time()
     log = read_log(log_path)
     read = time.process_time() - began
-    run = pipeline.run(log)
+    began_at: dict[str, float] = {}
+    seconds = {"read": read}
+
+    def watch(p: Progress) -> None:
+        if p.done == 0:
+            began_at[p.stage] = time.process_time()
+        seconds[p.stage] = time.process_time() - began_at[p.stage]
+
+    run = pipeline.run(log, watch=watch)
     cpu = time.process_time() - began
     for ending in ("json", "tum"):
         export(folder / f"map.{ending}", run.map, run.trajectory)
@@ -73,7 +82,7 @@ def one(log_path: Path, folder: Path) -> dict[str, Any]:
         "scans": len(log),
         "cpu": cpu,
         "memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
-        "seconds": {"read": read, **run.seconds},
+        "seconds": seconds,
         "segments": m.stats.segments,
         "lines": len(m.lines),
         "regions": len(m.regions),
