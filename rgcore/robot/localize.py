@@ -22,11 +22,15 @@ from rgcore.slam.tracking import motion_deviation
 
 START_DEVIATION = (0.1, 0.1, 0.05)
 """How well a person knows a start [m, m, rad]."""
+SEARCH_DEVIATION = (0.3, 0.3, 0.1)
+"""How well a search knows a place [m, m, rad], along a corridor that is all alike above all."""
 BLIND = 0.1
 """m, rad: deviation of a motion that is only guessed to go on as before."""
-LEAP = 0.5
-"""Share of explained less crossed readings that must speak for a pose farther off than odometry allows."""
+LEAP = 0.35
+"""A pose farther off than odometry allows must fit better than all others around by so much."""
 NOWHERE = Fit(0.0, 0.0, 0.0)
+Match = tuple[np.ndarray, np.ndarray, Fit]
+"""Pose (3,), covariance (3, 3) and fit of a registered scan."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +91,7 @@ class Localizer:
         self.ends = ends_of(lines)
         self.lines = line_map(self.ends, self.settings.reach)
         self._ground: Ground | None = None
+        self._leaps = True
         self._pose, self._covariance = np.zeros(3), np.eye(3)
         self._odometry: np.ndarray | None = None
         self._moved = np.zeros(3)
@@ -112,14 +117,14 @@ class Localizer:
         scan = np.array(ranges, float)
         where = None if odometry is None else np.array(odometry, float)
         before = self._pose
-        first = self._odometry is None and where is not None
         self._predict(where)
         seen = view(scan, self.bearings, self.settings.max_range, self.settings.spacing)
         shares = self._correct(seen) if len(seen.points) > 0 else NOWHERE
-        self._moved = np.zeros(3) if first else between(before, self._pose)
         if self._unbelieved > 0:
+            self._moved = np.zeros(3)
             self._doubtful.append((scan, where))
         else:
+            self._moved = between(before, self._pose)
             self._doubtful.clear()
         return Estimate(self._pose.copy(), self._covariance.copy(), shares.explained, shares.crossed, self.lost)
 
@@ -147,7 +152,7 @@ class Localizer:
         poses = np.array([r._pose for r, _ in robots])
         keep = distinct(poses, *APART, len(poses))
         quality = np.array([robots[k][1] for k in keep])
-        sure = quality[0] >= s.least_fit and (len(keep) < 2 or quality[1] < quality[0] - s.rival)
+        sure = quality[0] >= s.least_found and (len(keep) < 2 or quality[1] < quality[0] - s.rival)
         if sure:
             best = robots[0][0]
             self._pose, self._covariance, self._unbelieved = best._pose, best._covariance, 0
@@ -158,8 +163,8 @@ class Localizer:
     def _follow(self, first: np.ndarray, scans: np.ndarray, way: np.ndarray) -> tuple[Localizer, float]:
         """A robot that was started at ``first`` and saw the scans along the way (k, 3), and how well they fit."""
         robot = copy(self)
-        robot._doubtful = deque(maxlen=1)
-        robot.start(first, (0.3, 0.3, 0.1))
+        robot._doubtful, robot._leaps = deque(maxlen=1), False
+        robot.start(first, SEARCH_DEVIATION)
         found = [robot.add(scan, pose) for scan, pose in zip(scans, way, strict=True)]
         return robot, float(np.mean([e.explained - e.crossed for e in found]))
 
@@ -179,38 +184,44 @@ class Localizer:
         self._odometry = odometry
 
     def _correct(self, seen: View) -> Fit:
-        """Registers a scan on the lines; where it does not fit, the pose stays that of odometry."""
-        pose, covariance, shares = self._match(seen, self._pose)
-        believed = shares.explained - shares.crossed >= self.settings.least_fit
-        if not believed and not self.lost:
-            wide = self._match_widely(seen)
-            if wide is not None:
-                pose, covariance, shares, believed = *wide, True
-        if not self.lost:
-            self._unbelieved = 0 if believed else self._unbelieved + 1
-        if self._unbelieved == 0:
-            self._pose, self._covariance = pose, covariance
+        """Registers a scan on the lines; where it does not fit, the pose stays that of odometry.
+
+        A leap to a place farther off is taken, but the scan counts as doubtful until the next one fits there.
+        """
+        near = self._match(seen, self._pose, self._covariance)
+        match: Match | None = near
+        shares = near[2]
+        if self.lost:
+            return shares
+        if shares.quality >= self.settings.least_fit:
+            self._unbelieved = 0
+        else:
+            self._unbelieved += 1
+            match = self._match_widely(seen) if self._leaps else None
+        if match is not None:
+            self._pose, self._covariance, shares = match
         return shares
 
-    def _match_widely(self, seen: View) -> tuple[np.ndarray, np.ndarray, Fit] | None:
-        """The same, sought around the prediction farther than registration sees; None if in vain."""
-        deviation = np.sqrt(np.diag(self._covariance))
-        window = (self.settings.reach + 3.0 * float(deviation[:2].max()), 0.35 + 3.0 * float(deviation[2]))
-        guesses, _ = candidates(surroundings_of(seen), self._searchable(), self._pose, window)
-        found = [self._match(seen, guess) for guess in guesses]
-        best = max(found, key=lambda match: match[2].explained - match[2].crossed, default=None)
-        return best if best is not None and best[2].explained - best[2].crossed >= LEAP else None
+    def _match_widely(self, seen: View) -> Match | None:
+        """The same, sought farther off and whichever way the robot turned; None if in vain."""
+        radius = self.settings.reach + 3.0 * float(np.sqrt(np.diag(self._covariance)[:2].max()))
+        guesses, _ = candidates(surroundings_of(seen), self._searchable(), (self._pose[:2], radius))
+        loose = np.diag(np.square(SEARCH_DEVIATION))
+        found = sorted((self._match(seen, guess, loose) for guess in guesses), key=lambda match: -match[2].quality)
+        keep = distinct(np.array([match[0] for match in found]).reshape(-1, 3), *APART, 2)
+        rival = max(found[keep[1]][2].quality, 0.0) if len(keep) > 1 else 0.0
+        return found[0] if found and found[0][2].quality - rival >= LEAP else None
 
     def _searchable(self) -> Ground:
         if self._ground is None:
             self._ground = ground_of(self.ends)
         return self._ground
 
-    def _match(self, seen: View, guess: np.ndarray) -> tuple[np.ndarray, np.ndarray, Fit]:
-        """Pose, covariance and fit of a scan that is registered from a guess on."""
+    def _match(self, seen: View, guess: np.ndarray, covariance: np.ndarray) -> Match:
+        """Pose, covariance and fit of a scan that is registered from a guess (3,) of a covariance (3, 3) on."""
         s = self.settings
         bearings = np.arctan2(seen.points[:, 1], seen.points[:, 0])
         _, visible = expect(self.lines, guess, bearings, s.max_range)
-        prior = np.linalg.inv(self._covariance)
+        prior = np.linalg.inv(covariance)
         pose, information = register(seen, self.lines, visible, guess, prior, s.point_noise, s.line_noise, s.reach)
         return pose, np.linalg.inv(information), fit(seen, self.lines, pose, s.tolerance)

@@ -47,6 +47,11 @@ class Fit(NamedTuple):
     short: float
     crossed: float
 
+    @property
+    def quality(self) -> float:
+        """What speaks for a pose less what speaks against it; people in front of the laser do neither."""
+        return self.explained - self.crossed
+
 
 def view(ranges: np.ndarray, bearings: np.ndarray, max_range: float, spacing: float) -> View:
     """The View of a scan of ``ranges`` (B,) at ``bearings`` (B,)."""

@@ -120,20 +120,19 @@ def _thinned(points: np.ndarray, normals: np.ndarray, poses: np.ndarray) -> Surr
 
 
 def candidates(
-    around: Surroundings, ground: Ground, guess: np.ndarray | None = None, window: tuple[float, float] = (np.inf, np.pi)
+    around: Surroundings, ground: Ground, within: tuple[np.ndarray, float] | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Poses (k, 3) of the middle scan and their responses (k,), the best first.
 
-    They are sought everywhere, or within ``window`` [m, rad] of a ``guess`` (3,).
+    They are sought everywhere, or ``within`` a disc: its centre (2,) and radius [m].
     """
     some = np.random.default_rng(0).permutation(len(around.points))[:POINTS]
     points, normals = around.points[some], around.normals[some]
     coarse, places, turns = ground.coarse, ground.places, np.arange(-np.pi, np.pi, TURN)
-    if guess is not None:
-        off = coarse.corner + (places + 0.5) * coarse.resolution - guess[:2]
-        places = places[np.hypot(off[:, 0], off[:, 1]) <= window[0]]
-        turns = turns[np.abs(se2.wrap(turns - guess[2])) <= window[1]]
-    if len(points) == 0 or len(places) == 0 or len(turns) == 0:
+    if within is not None:
+        off = coarse.corner + (places + 0.5) * coarse.resolution - within[0]
+        places = places[np.hypot(off[:, 0], off[:, 1]) <= within[1]]
+    if len(points) == 0 or len(places) == 0:
         return np.zeros((0, 3)), np.zeros(0)
     way = around.poses[:: max(1, len(around.poses) // 5), :2].copy()
     found = responses(points, normals, way, turns, places, ground.free, FREE_WAY, coarse).reshape(-1)
