@@ -179,21 +179,46 @@ class Objects(Settings, frozen=True):
     height: Annotated[float, setting("m", "a 2D laser cannot see heights: that of a usual cabinet", gt=0, le=10)] = 1.0
 
 
-class Localize(Settings):
+class Localize(Settings, frozen=True):
     """Localization of a robot on the lines of a finished map."""
 
     max_range: Annotated[float, setting("m", "farther readings are few and hit at grazing angles", gt=0, le=200)] = 20.0
     spacing: Annotated[float, setting("m", "points of a scan nearer than this say the same", ge=0, le=1)] = 0.06
-    point_noise: Annotated[float, setting("m", "deviation of an echo from its line, range noise and roughness", gt=0, le=1)] = 0.03
-    line_noise: Annotated[float, setting("m", "deviation of a line from its wall, common to all its echoes", gt=0, le=1)] = 0.01
-    odometry_noise: Annotated[float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)] = 0.15
-    reach: Annotated[float, setting("m", "how far off the predicted pose may be before lines are searched wider", gt=0, le=5)] = 0.5
-    tolerance: Annotated[float, setting("m", "an echo nearer to a line than this is explained by it: 4 deviations", gt=0, le=1)] = 0.12
-    least_fit: Annotated[float, setting("1", "scans with less share explained, less crossed, are not believed: it is that of wrong places", gt=0, le=1)] = 0.3
-    patience: Annotated[int, setting("scans", "so many unbelieved scans in a row and the robot is lost", ge=1, le=1000)] = 5
+    point_noise: Annotated[
+        float, setting("m", "deviation of an echo from its line, range noise and roughness", gt=0, le=1)
+    ] = 0.03
+    line_noise: Annotated[
+        float, setting("m", "deviation of a line from its wall, common to all its echoes", gt=0, le=1)
+    ] = 0.01
+    odometry_noise: Annotated[
+        float, setting("m/m, rad/rad", "deviation of raw odometry by the way driven", gt=0, le=5)
+    ] = 0.15
+    reach: Annotated[
+        float, setting("m", "how far off the predicted pose may be before lines are searched wider", gt=0, le=5)
+    ] = 0.5
+    tolerance: Annotated[
+        float, setting("m", "an echo nearer to a line than this is explained by it: 4 deviations", gt=0, le=1)
+    ] = 0.12
+    least_fit: Annotated[
+        float,
+        setting(
+            "1",
+            "scans with less share explained, less crossed, are not believed: it is that of wrong places",
+            gt=0,
+            le=1,
+        ),
+    ] = 0.3
+    patience: Annotated[
+        int, setting("scans", "so many unbelieved scans in a row and the robot is lost", ge=1, le=1000)
+    ] = 5
     window: Annotated[int, setting("scans", "a global search takes that many: some metres of way", ge=1, le=1000)] = 20
-    least_found: Annotated[float, setting("1", "a window that fits worse nowhere fits: with every third beam on people it is 0.55", gt=0, le=1)] = 0.5
-    rival: Annotated[float, setting("1", "places whose scans fit this much worse than the best are no rivals", gt=0, le=1)] = 0.05
+    least_found: Annotated[
+        float,
+        setting("1", "a window that fits worse nowhere fits: with every third beam on people it is 0.55", gt=0, le=1),
+    ] = 0.5
+    rival: Annotated[
+        float, setting("1", "places whose scans fit this much worse than the best are no rivals", gt=0, le=1)
+    ] = 0.05
 
 
 class Config(Settings, frozen=True):

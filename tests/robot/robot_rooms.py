@@ -59,8 +59,7 @@ def drive(*stops: tuple[float, float], step: float = 0.2) -> np.ndarray:
     """(N, 3) poses on the way from stop to stop, looking ahead, turning on the spot."""
     out = []
     heading = np.arctan2(stops[1][1] - stops[0][1], stops[1][0] - stops[0][0])
-    for a, b in pairwise(stops):
-        a, b = np.array(a, float), np.array(b, float)
+    for a, b in pairwise(np.array(stops, float)):
         to = np.arctan2(*(b - a)[::-1])
         turn = float(se2.wrap(to - heading))
         out += [[*a, heading + turn * t] for t in np.linspace(0, 1, int(abs(turn) / 0.2) + 1, endpoint=False)]
