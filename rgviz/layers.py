@@ -48,7 +48,7 @@ class Faces:
 
 @dataclass(frozen=True)
 class Dots:
-    """Points (N, 3) [m] of one colour, ``size`` in metres."""
+    """Points (N, 3) [m] of one colour; ``size`` [m] is half of what they measure across."""
 
     points: np.ndarray
     color: RGB
@@ -104,7 +104,7 @@ class Layer:
 
 def _points(_: RGMap, artist: Artist) -> Drawings:
     step = -(-len(artist.points) // MOST_POINTS) or 1
-    return {"echoes": Dots(_at(artist.points[::step], theme.Z_POINTS), theme.POINT, 0.04, "square")}
+    return {"echoes": Dots(_at(artist.points[::step], theme.Z_POINTS), theme.POINT, 0.03, "square")}
 
 
 def _trajectory(_: RGMap, artist: Artist) -> Drawings:
@@ -178,9 +178,9 @@ def _gateways(map_: RGMap, _: Artist) -> Drawings:
     return {
         "openings": Strokes(_at(posts, theme.Z_GATEWAY), theme.GATEWAY, theme.GATEWAY_WIDTH),
         "ways": Strokes(_strokes(ways, theme.Z_GATEWAY), theme.GATEWAY_POINT, theme.THIN_WIDTH),
-        "posts": Dots(_at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.16, "square"),
-        "crossing": Dots(_at(crossings, theme.Z_MARK), theme.CROSSING, 0.20, "circle"),
-        "entries": Dots(_at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.18, "diamond"),
+        "posts": Dots(_at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.11, "square"),
+        "crossing": Dots(_at(crossings, theme.Z_MARK), theme.CROSSING, 0.14, "circle"),
+        "entries": Dots(_at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.12, "diamond"),
     }
 
 
@@ -276,7 +276,7 @@ def growing_path(trajectory: np.ndarray) -> Drawings:
     path = _at(trajectory, theme.Z_TRAJECTORY)
     return {
         "path": Strokes(np.stack([path[:-1], path[1:]], 1), theme.BRAND, theme.LINE_WIDTH),
-        "robot": Dots(_at(trajectory[-1:], theme.Z_MARK), theme.GATEWAY, 0.5, "circle"),
+        "robot": Dots(_at(trajectory[-1:], theme.Z_MARK), theme.GATEWAY, 0.3, "circle"),
     }
 
 

@@ -5,7 +5,7 @@
   const FLAT_FOV = 5.73, SOLID_FOV = 45;          // degrees; flat = so narrow that nothing leans
   const TRUCK = 2, ROTATE = 1;                    // camera-controls actions
   const state = {
-    channel: null, mode: "2d", extent: null, fitted: false, labels: [], labelsShown: true, selected: new Set(), touched: false,
+    channel: null, mode: "2d", extent: null, fitted: null, labels: [], labelsShown: true, selected: new Set(), touched: false,
     pointer: null, serial: 0, focus: null,
   };
   const viser = () => window.__viserMutable;
@@ -57,7 +57,7 @@
     c.rotateTo(north(), flat ? 0 : 0.27 * Math.PI, false);
     c.dollyTo(distance, false);
     c.moveTo(target.x, target.y, target.z, false);   // setTarget would turn the camera
-    state.fitted = true;
+    state.fitted = `${r.width} x ${r.height}`;    // the size of the picture that it was fitted to
     v.requestRender();
   }
   function view(mode) {                           // change between straight down and solid without losing the place
