@@ -54,6 +54,6 @@ def follow(
     """Poses (N, 3), map_from_laser, of a robot tracked along a log from ``start`` (3,) on; where it is lost (N,)."""
     robot = Localizer(lines, log.bearings, settings)
     robot.start(start)
-    odometry = log.odom_from_laser
-    found = [robot.add(log.ranges[k], odometry[k]) for k in range(len(log))]
+    odometry = log.odom_from_laser if log.has_odometry else [None] * len(log)
+    found = [robot.add(ranges, where) for ranges, where in zip(log.ranges, odometry, strict=True)]
     return np.array([e.pose for e in found]), np.array([e.lost for e in found])
