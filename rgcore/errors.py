@@ -1,10 +1,10 @@
 """Every error that the library raises on purpose, drawn once.
 
-    RgError                     one line for a person: what is wrong, where, and the remedy
-    ├── InputError              a file that cannot be read: names the file and, where there is one, the line
-    ├── SettingError            a setting that does not exist or is out of bounds: names the setting
-    ├── EditError               an edit that the map refuses: a sentence that says why
-    └── ProjectError            a project folder that cannot be opened or written
+RgError                     one line for a person: what is wrong, where, and the remedy
+├── InputError              a file that cannot be read: names the file and, where there is one, the line
+├── SettingError            a setting that does not exist or is out of bounds: names the setting
+├── EditError               an edit that the map refuses: a sentence that says why
+└── ProjectError            a project folder that cannot be opened or written
 """
 
 from __future__ import annotations
