@@ -23,23 +23,24 @@ from rgcore.robot.register import NORMALS_AGREE, View, view
 from rgcore.slam.lrgc import Lrgc
 from rgcore.slam.small import wrapped
 
-COARSE = (0.2, 0.25)
-"""Resolution and deviation [m] of the field of the first search."""
-FINE = (0.1, 0.1)
-"""The same of the second."""
+COARSE, MIDDLE, FINE = (0.4, 0.5), (0.2, 0.25), (0.1, 0.1)
+"""Resolution and deviation [m] of the fields of the three searches."""
 STEP = 2
 """Cells of the coarse field from place to place."""
-TURN = 0.05
+TURN = 0.1
 """rad from heading to heading."""
 REACH = 12.0
 """m, echoes farther from the middle of the way are left out: they would need finer headings."""
 SPACING = 0.25
 """m between the points of the view."""
-POINTS = 200
-CANDIDATES = (300, 5)
-"""How many places are kept after the first search, and after the second."""
+POINTS = (80, 200)
+"""How many of them are looked at in the first search, and later."""
+CANDIDATES = (4000, 300, 5)
+"""How many places are kept after each search."""
+QUARTERS = np.array([(x, y, turn) for x in (-0.2, 0.2) for y in (-0.2, 0.2) for turn in (-0.025, 0.025)])
+"""Where the second search looks around a place of the first [m, m, rad]."""
 CLIMB = np.array([[0.2, 0.03], [0.1, 0.015]])
-"""Steps [m, rad] of the second search."""
+"""Steps [m, rad] of the third search."""
 FREE_WAY = 0.8
 """Share of the way that must be where a robot may be."""
 APART = (0.5, 0.2)
@@ -61,12 +62,13 @@ class Surroundings(NamedTuple):
 
 @dataclass(frozen=True)
 class Ground:
-    """The map, made ready for searching: two fields, and the cells (ix, iy) of the coarse one where a robot may be.
+    """The map, made ready for searching: three fields, and the cells (ix, iy) of the coarse one where a robot may be.
 
     ``free`` (H, W) is the mask of them, ``places`` (P, 2) some of them, evenly spread.
     """
 
     coarse: Field
+    middle: Field
     fine: Field
     free: np.ndarray
     places: np.ndarray
@@ -75,14 +77,14 @@ class Ground:
 def ground_of(ends: np.ndarray) -> Ground:
     """Lines ``ends`` (L, 2, 2), searched within their hull and a metre around."""
     coarse = line_field(ends, *COARSE, margin=REACH + 2.0)
-    fine = line_field(ends, *FINE, margin=1.0)
+    middle, fine = line_field(ends, *MIDDLE, margin=1.0), line_field(ends, *FINE, margin=1.0)
     around = ends.reshape(-1, 1, 2) + np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     around = around.reshape(-1, 2)
     hull = (around[ConvexHull(around).vertices] - coarse.corner) / coarse.resolution
     free = fill_polygons(np.zeros(coarse.layers.shape[1:], np.bool_), [hull], True)
     some = np.zeros_like(free)
     some[::STEP, ::STEP] = free[::STEP, ::STEP]
-    return Ground(coarse, fine, free, np.argwhere(some)[:, ::-1].copy())
+    return Ground(coarse, middle, fine, free, np.argwhere(some)[:, ::-1].copy())
 
 
 def surroundings(
@@ -126,7 +128,7 @@ def candidates(
 
     They are sought everywhere, or ``within`` a disc: its centre (2,) and radius [m].
     """
-    some = np.random.default_rng(0).permutation(len(around.points))[:POINTS]
+    some = np.random.default_rng(0).permutation(len(around.points))[: POINTS[1]]
     points, normals = around.points[some], around.normals[some]
     coarse, places, turns = ground.coarse, ground.places, np.arange(-np.pi, np.pi, TURN)
     if within is not None:
@@ -135,14 +137,18 @@ def candidates(
     if len(points) == 0 or len(places) == 0:
         return np.zeros((0, 3)), np.zeros(0)
     way = around.poses[:: max(1, len(around.poses) // 5), :2].copy()
-    found = responses(points, normals, way, turns, places, ground.free, FREE_WAY, coarse).reshape(-1)
-    best = np.argsort(-found)[: 20 * CANDIDATES[0]]
+    few = slice(POINTS[0])
+    found = responses(points[few], normals[few], way, turns, places, ground.free, FREE_WAY, coarse).reshape(-1)
+    best = np.argpartition(-found, min(CANDIDATES[0], len(found) - 1))[: CANDIDATES[0]]
     t, p = np.unravel_index(best, (len(turns), len(places)))
     poses = np.column_stack([coarse.corner + (places[p] + 0.5) * coarse.resolution, turns[t]])
-    poses = poses[distinct(poses, 0.3, 0.06, CANDIDATES[0])]
+    poses = (poses[:, None] + QUARTERS).reshape(-1, 3)
+    _, score = climb(points, normals, poses, CLIMB[:0], ground.middle)
+    poses = poses[np.argsort(-score)]
+    poses = poses[distinct(poses, 0.3, 0.06, CANDIDATES[1])]
     poses, score = climb(points, normals, poses, CLIMB, ground.fine)
     order = np.argsort(-score)
-    keep = order[distinct(poses[order], *APART, CANDIDATES[1])]
+    keep = order[distinct(poses[order], *APART, CANDIDATES[2])]
     return poses[keep], score[keep]
 
 
