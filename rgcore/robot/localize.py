@@ -114,7 +114,7 @@ class Localizer:
 
         Without odometry (None) the robot is taken to go on as before.
         """
-        scan = np.array(ranges, float)
+        scan = self._checked(np.array(ranges, float))
         where = None if odometry is None else np.array(odometry, float)
         before = self._pose
         self._predict(where)
@@ -141,7 +141,7 @@ class Localizer:
         If that is sure, the robot is started there, and ``add`` goes on with the next scan.
         """
         s = self.settings
-        scans = np.asarray(ranges, float)
+        scans = self._checked(np.asarray(ranges, float))
         odom = None if odometry is None else np.asarray(odometry, float)
         around = surroundings(scans, odom, self.bearings, s.max_range)
         guesses, _ = candidates(around, self._searchable())
@@ -211,6 +211,13 @@ class Localizer:
         keep = distinct(np.array([match[0] for match in found]).reshape(-1, 3), *APART, 2)
         rival = max(found[keep[1]][2].quality, 0.0) if len(keep) > 1 else 0.0
         return found[0] if found and found[0][2].quality - rival >= LEAP else None
+
+    def _checked(self, ranges: np.ndarray) -> np.ndarray:
+        if ranges.shape[-1] != len(self.bearings):
+            raise RgError(
+                f"a scan of {ranges.shape[-1]} readings, but {len(self.bearings)} bearings: give those of this laser"
+            )
+        return ranges
 
     def _searchable(self) -> Ground:
         if self._ground is None:

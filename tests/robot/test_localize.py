@@ -123,6 +123,14 @@ def test_before_the_start_it_is_lost() -> None:
     assert Localizer(office(), BEARINGS).add(np.full(181, 1.0), np.zeros(3)).lost
 
 
+def test_a_scan_of_another_laser_is_refused() -> None:
+    robot = Localizer(office(), BEARINGS)
+    with pytest.raises(RgError, match="180 readings, but 181 bearings"):
+        robot.add(np.ones(180), None)
+    with pytest.raises(RgError, match="180 readings, but 181 bearings"):
+        robot.find(np.ones((20, 180)), None)
+
+
 def test_a_map_without_lines_is_refused() -> None:
     with pytest.raises(RgError, match="no lines"):
         Localizer(np.zeros((0, 2, 2)), BEARINGS)
