@@ -138,14 +138,19 @@ def _run(args: argparse.Namespace) -> None:
     from rgviz.progress import progress_bar
 
     log = read_log(args.log)
-    for note in log.notes.splitlines():
-        print(f"{args.log}: {note}", file=sys.stderr)
+    _tell(args.log, log.notes.splitlines())
     path = args.project or Path(args.log.name.split(".")[0] + ".rg")
     with progress_bar() as watch:
         project = map_into(path, log, config, watch)
     with project:
+        _tell(args.log, project.trajectory.notes)
         _report_conflicts(project)
         _summary(project)
+
+
+def _tell(log: Path, notes: Sequence[str]) -> None:
+    for note in notes:
+        print(f"{log}: {note}", file=sys.stderr)
 
 
 def _report_conflicts(project: Any) -> None:

@@ -99,6 +99,20 @@ def test_a_new_run_keeps_the_corrections(short_log: Path, project: Path, tmp_pat
     assert "Kept" in [r["name"] for r in json.loads(rgviz("measure", project, "--json").stdout)["regions"]]
 
 
+def test_a_robot_put_elsewhere_is_told(tmp_path: Path) -> None:
+    lines = [x for x in gzip.decompress(LOG.read_bytes()).decode().splitlines() if x.startswith("FLASER")]
+    elsewhere = [x.split() for x in lines[2918:2930]]
+    for words in elsewhere:
+        words[-9:-3] = lines[365].split()[-9:-3]  # its wheels stood still
+    log = tmp_path / "carried.log"
+    log.write_text("\n".join([*lines[266:366], *(" ".join(w) for w in elsewhere)]) + "\n", encoding="utf-8")
+    done = rgviz("run", log, "-o", tmp_path / "carried.rg")
+    assert done.returncode == 0, done.stderr
+    told = f"{log}: scan 100 could not be joined to the one before: the robot was moved, or scans are missing"
+    assert done.stderr.splitlines().count(told) == 1
+    assert told.removeprefix(f"{log}: ") in (tmp_path / "carried.rg/runs/0001/run.json").read_text(encoding="utf-8")
+
+
 def test_simulate_writes_a_log_and_its_truth(tmp_path: Path) -> None:
     done = rgviz("simulate", PLAN, "-o", tmp_path / "drive.log.gz", "--seed", "3")
     assert done.returncode == 0, done.stderr

@@ -52,7 +52,7 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
     sha256: str
     format: str
     notes: tuple[str, ...]
-    """what the reader met in the log"""
+    """what the reader met in the log, and where its scans could not be joined"""
     scans: int
     beams: int
     points: int
@@ -173,7 +173,7 @@ def _info(run: Run) -> RunInfo:
         log=log.source,
         sha256=log.sha256,
         format=log.format,
-        notes=tuple(log.notes.splitlines()),
+        notes=(*log.notes.splitlines(), *run.trajectory.notes),
         scans=len(log),
         beams=log.ranges.shape[1],
         points=run.map.stats.points,

@@ -39,7 +39,7 @@ def lrgc(log: ScanLog, settings: Slam, watch: Watcher = silent) -> Trajectory:
         if (k + 1) % SHOW_EVERY == 0:
             watch(Progress("slam", k + 1, len(log), mapper.poses()))
     map_from_base = se2.compose(mapper.finish(), se2.invert(log.base_from_laser))
-    return Trajectory(log.stamps, map_from_base, log.base_from_laser)
+    return Trajectory(log.stamps, map_from_base, log.base_from_laser, np.array(mapper.breaks, np.int64))
 
 
 class Lrgc:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from rgcore.evidence import Evidence
 from rgcore.geometry import se2
+
+NAMED = 5
+"""Breaks that are told by number; of the others, how many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,17 +20,29 @@ class Trajectory(Evidence):
     stamps           (N,)   s, as in the log
     map_from_base    (N, 3) pose of the robot's centre
     base_from_laser  (3,)   mounting of the laser
+    breaks           (M,)   numbers of the scans that could not be connected to the one before, ascending: where
+                            they are relative to it is a guess, unless the robot came back to what it knew
     """
 
     stamps: np.ndarray
     map_from_base: np.ndarray
     base_from_laser: np.ndarray
+    breaks: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @classmethod
     def whole(cls) -> frozenset[str]:
-        return frozenset({"base_from_laser"})
+        return frozenset({"base_from_laser", "breaks"})
 
     @property
     def map_from_laser(self) -> np.ndarray:
         """(N, 3) pose of the laser at each scan."""
         return se2.compose(self.map_from_base, self.base_from_laser)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a person should know of it: a line that tells the breaks, if there are any."""
+        if not len(self.breaks):
+            return ()
+        told, more = ", ".join(str(k) for k in self.breaks[:NAMED]), len(self.breaks) - NAMED
+        scans = f"scan{'s'[: len(self.breaks) - 1]} {told}{f' and {more} more' if more > 0 else ''}"
+        return (f"{scans} could not be joined to the one before: the robot was moved, or scans are missing",)
