@@ -172,10 +172,12 @@ class Classes(Settings, frozen=True):
 class Objects(Settings, frozen=True):
     """Object hypotheses (paper, section III)."""
 
-    min_width: Annotated[float, setting("m", "narrower fronts are posts and jambs", gt=0, le=5)] = 0.3
-    max_width: Annotated[float, setting("m", "longer fronts are walls", gt=0, le=20)] = 2.6
-    min_depth: Annotated[float, setting("m", "shallower ones are door frames and pilasters", gt=0, le=2)] = 0.2
-    max_depth: Annotated[float, setting("m", "deeper ones are parts of the building", gt=0, le=5)] = 1.0
+    min_face: Annotated[float, setting("m", "shorter lines are legs and noise", gt=0, le=5)] = 0.2
+    min_width: Annotated[float, setting("m", "smaller boxes are posts and jambs", gt=0, le=5)] = 0.3
+    max_width: Annotated[float, setting("m", "longer boxes are parts of the building", gt=0, le=20)] = 4.0
+    min_depth: Annotated[float, setting("m", "shallower ones are walls, door frames and pilasters", gt=0, le=2)] = 0.2
+    max_depth: Annotated[float, setting("m", "deeper ones are parts of the building", gt=0, le=5)] = 1.2
+    min_confidence: Annotated[float, setting("1", "boxes below it are more likely wrong than right", ge=0, le=1)] = 0.5
     height: Annotated[float, setting("m", "a 2D laser cannot see heights: that of a usual cabinet", gt=0, le=10)] = 1.0
 
 

@@ -68,7 +68,7 @@ def run(log: ScanLog, config: Config | None = None, cache: Cache | None = None, 
         "accuracy", lambda: measure_accuracy(log, trajectory, lines.ends, c.accuracy), c.accuracy, "lines"
     )
     classes = stages("classes", lambda: classify(lines, places, free, c.classes), c.classes, "lines")
-    objects = stages("objects", lambda: find_objects(lines, places, c.objects), c.objects, "lines")
+    objects = stages("objects", lambda: find_objects(lines, places, free, c.objects), c.objects, "lines")
 
     scan_regions = places.labels.at(trajectory.map_from_base[:, :2], outside=-1)
     map_ = assemble(log, c, segments, places, lines, line_of, accuracy, classes, objects, scan_regions)

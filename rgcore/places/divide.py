@@ -26,14 +26,18 @@ PIECE, THIN, THICK, DOORWAY = 0.8, 0.3, 0.5, 1.7
 last, in line with the walls beyond them, as well."""
 
 
+def free_mask(free: FreeSpace) -> np.ndarray:
+    """Mask (H, W) of the cells that are free."""
+    return np.asarray((free.passes >= MIN_PASSES) & (free.hits <= MAX_HIT_SHARE * (free.hits + free.passes)))
+
+
 def open_space(free: FreeSpace, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     """Masks (H, W) of the free space without the things that stand in it, and of the larger ones of those things.
 
     A gap beside a thing that stands free is no gateway, so both small clutter and free-standing furniture are taken
     away; but not a thin piece in line with other walls, which is the wall between two doors.
     """
-    total = free.hits + free.passes
-    mask = (free.passes >= MIN_PASSES) & (free.hits <= MAX_HIT_SHARE * total)
+    mask = free_mask(free)
     labels, stats = components(~mask, diagonal=True)
     size = np.hypot(stats[:, 2], stats[:, 3]) * free.resolution
     size[0] = np.inf

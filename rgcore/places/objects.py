@@ -1,7 +1,8 @@
 """Object hypotheses: groups of lines inside a room that may be one thing (paper, section III).
 
-First the room's own walls: the long lines. What stands before a wall with its front parallel to it and its short sides
-across is a cabinet; its rectangle reaches back to the wall.
+The lines of a room suggest boxes (:mod:`rgcore.places.boxes`): cabinets at its walls, free-standing boxes. Each is
+judged by what is seen of its sides and by whether beams went through it; where boxes share lines or overlap, the surest
+stays.
 """
 
 from __future__ import annotations
@@ -11,12 +12,12 @@ import numpy as np
 
 from rgcore.config import Objects as Settings
 from rgcore.lines.merge import Lines
+from rgcore.places.boxes import BACK, FRONT, LEFT, RIGHT, Boxes, boxes_on
+from rgcore.places.divide import free_mask
+from rgcore.places.freespace import FreeSpace
 from rgcore.places.places import Places
 
 Point3 = tuple[float, float, float]
-
-PARALLEL = np.radians(10)
-"""rad: largest difference of directions that count as parallel."""
 
 
 class FoundObject(msgspec.Struct, frozen=True, kw_only=True):
@@ -31,72 +32,85 @@ class FoundObject(msgspec.Struct, frozen=True, kw_only=True):
     confidence: float
 
 
-def find_objects(lines: Lines, places: Places, settings: Settings) -> tuple[FoundObject, ...]:
+def find_objects(lines: Lines, places: Places, free: FreeSpace, settings: Settings) -> tuple[FoundObject, ...]:
     """Object hypotheses of all regions, the surest first within a region."""
-    found = []
+    found: list[FoundObject] = []
+    mask = free.grid(free_mask(free))
     for region in range(len(places.regions)):
         own = np.nonzero(lines.region == region)[0]
-        if len(own) >= 3:
-            found += _cabinets(lines.ends[own], own, region, settings)
+        boxes = boxes_on(lines.ends[own], mask, settings) if len(own) >= 2 else None
+        if boxes is not None:
+            found += _best(boxes, own, region, settings)
     return tuple(found)
 
 
-def _cabinets(ends: np.ndarray, index: np.ndarray, region: int, settings: Settings) -> list[FoundObject]:
-    """Cabinets at the walls of one region, without overlaps."""
-    d = ends[:, 1] - ends[:, 0]
-    length = np.hypot(*d.T)
-    u = d / length[:, None]
-    fronts = np.nonzero((length >= settings.min_width) & (length <= settings.max_width))[0]
-    candidates = [c for f in fronts if (c := _at_wall(int(f), ends, u, length, settings)) is not None]
-    candidates.sort(key=lambda c: -c[0])
-    chosen: list[FoundObject] = []
-    used: set[int] = set()
-    for confidence, center, size, yaw, members in candidates:
-        apart = all(np.hypot(center[0] - o.center[0], center[1] - o.center[1]) > 0.4 for o in chosen)
-        if not used & set(members[:1]) and apart:
-            used |= set(members)
-            chosen.append(
-                FoundObject(
-                    label="cabinet",
-                    center=(round(center[0], 4), round(center[1], 4), round(settings.height / 2, 4)),
-                    size=(round(size[0], 4), round(size[1], 4), settings.height),
-                    yaw=round(yaw, 4),
-                    lines=tuple(int(index[m]) for m in members),
-                    region=region,
-                    confidence=round(confidence, 3),
-                )
-            )
-    return chosen
+def confidence_of(boxes: Boxes) -> np.ndarray:
+    """How likely each box (K,) is a thing, by logistic regression over boxes in known buildings.
+
+    Beams through the inside speak against it, and so do sides that are neither seen nor hidden; a side across the
+    front that is seen speaks most for it.
+    """
+    seen = np.maximum(boxes.face, boxes.edge)
+    sides, others = [RIGHT, LEFT], [RIGHT, BACK, LEFT]
+    hidden = (1 - boxes.open) * (1 - boxes.wall) * (1 - seen)
+    clear = boxes.open * (1 - seen)
+    wall = boxes.wall * (1 - seen)
+    score = (
+        -11.5
+        + 4.2 * boxes.solid
+        + 1.6 * boxes.face[:, FRONT]
+        + 1.8 * seen[:, sides].sum(1)
+        + 3.3 * seen[:, sides].max(1)
+        + 0.9 * boxes.face[:, others].sum(1)
+        + 0.3 * wall[:, sides].sum(1)
+        + 1.3 * hidden[:, sides].sum(1)
+        + 1.1 * seen[:, BACK]
+        + 0.3 * wall[:, BACK]
+        - 0.6 * clear[:, others].sum(1)
+    )
+    return np.asarray(1 / (1 + np.exp(-score)))
 
 
-Box = tuple[float, np.ndarray, tuple[float, float], float, list[int]]
+def _best(boxes: Boxes, index: np.ndarray, region: int, settings: Settings) -> list[FoundObject]:
+    """The boxes to believe: the surest first, none that overlaps or shares a line with a surer one."""
+    confidence = confidence_of(boxes)
+    order = np.argsort(-confidence, kind="stable")
+    used = np.zeros(boxes.members.shape[1], bool)
+    chosen: list[int] = []
+    for k in order[confidence[order] >= settings.min_confidence]:
+        if not (used & boxes.members[k]).any() and not _overlaps(boxes, int(k), chosen):
+            used |= boxes.members[k]
+            chosen.append(int(k))
+    return [_found(boxes, k, float(confidence[k]), index, region, settings) for k in chosen]
 
 
-def _at_wall(f: int, ends: np.ndarray, u: np.ndarray, length: np.ndarray, settings: Settings) -> Box | None:
-    """The cabinet whose front is line f: confidence, centre, size, yaw and members; None if it is none."""
-    n = np.array([-u[f, 1], u[f, 0]])
-    a = ends[f, 0]
-    along, up = (ends - a) @ u[f], (ends - a) @ n
-    low, high = along.min(1), along.max(1)
-    same = u @ u[f] > np.cos(PARALLEL)
-    depth = -up.mean(1)
-    behind = same & (depth >= settings.min_depth) & (depth <= settings.max_depth)
-    behind &= (low < length[f] + 0.6) & (high > -0.6)
-    across = np.abs(u @ n) > np.cos(PARALLEL)
-    sides = []
-    for at in (0.0, length[f]):
-        near = across & (np.abs(along.mean(1) - at) < 0.15) & (up.max(1) > -0.2) & (up.max(1) < 0.15)
-        near &= (length >= 0.1) & (length <= settings.max_depth + 0.15)
-        sides.append([int(k) for k in np.nonzero(near)[0] if k != f])
-    seen = sum(bool(s) for s in sides)
-    walls = np.nonzero(behind)[0]
-    if seen == 0 or (len(walls) == 0 and seen < 2):
-        return None
-    reach = [-float(up[k].min()) for s in sides for k in s]
-    back = float(depth[walls[np.argmax(length[walls])]]) if len(walls) else max(reach)
-    if not settings.min_depth <= back <= settings.max_depth:
-        return None
-    center = a + u[f] * length[f] / 2 - n * back / 2
-    confidence = 0.4 + 0.2 * seen + 0.2 * (len(walls) > 0)
-    members = [int(f), *[k for s in sides for k in s]]
-    return confidence, center, (float(length[f]), back), float(np.arctan2(u[f, 1], u[f, 0])), members
+def _found(boxes: Boxes, k: int, confidence: float, index: np.ndarray, region: int, settings: Settings) -> FoundObject:
+    (x, y), (width, depth), (ux, uy) = boxes.center[k], boxes.size[k], boxes.u[k]
+    at_wall = boxes.wall[k, 1:].max() > 0.5 and boxes.face[k, BACK] < 0.5
+    return FoundObject(
+        label="cabinet" if at_wall else "box",
+        center=(round(float(x), 4), round(float(y), 4), round(settings.height / 2, 4)),
+        size=(round(float(width), 4), round(float(depth), 4), settings.height),
+        yaw=round(float(np.arctan2(uy, ux)), 4),
+        lines=tuple(int(index[m]) for m in np.nonzero(boxes.members[k])[0]),
+        region=region,
+        confidence=round(confidence, 3),
+    )
+
+
+OVERLAP = 0.3
+"""Boxes that share more than this part of the smaller one are not both there."""
+
+_SPREAD = (np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) + 0.5) / 8
+
+
+def _overlaps(boxes: Boxes, k: int, others: list[int]) -> bool:
+    """Whether a box overlaps one of the others."""
+    axes = np.stack([boxes.u, boxes.down], 1)
+    for o in others:
+        small, large = (k, o) if boxes.size[k].prod() < boxes.size[o].prod() else (o, k)
+        points = boxes.origin[small] + _SPREAD * boxes.size[small] @ axes[small]
+        local = (points - boxes.origin[large]) @ axes[large].T
+        if np.all((local > 0) & (local < boxes.size[large]), axis=1).mean() > OVERLAP:
+            return True
+    return False

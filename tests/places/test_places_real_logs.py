@@ -48,7 +48,7 @@ def score(name: str, tmp_path: Path) -> dict[str, Any]:
             {"boundary": r.boundary, "holes": r.holes, "class": k} for r, k in zip(places.regions, best, strict=True)
         ],
         "gateways": [{"posts": g.posts} for g in places.gateways],
-        "objects": [{"center": o.center} for o in find_objects(lines, places, c.objects)],
+        "objects": [{"center": o.center} for o in find_objects(lines, places, free, c.objects)],
     }
     (tmp_path / "map.json").write_text(json.dumps(out))
     loader = SourceFileLoader("score_places", str(TOOL))

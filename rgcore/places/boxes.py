@@ -1,0 +1,184 @@
+"""Boxes that a room's lines may be the faces of, and what speaks for each (paper, section III).
+
+A box stands on a *front*, a line of the room; its free space lies left of start -> end, so that the box lies right of
+it. Each of its four sides is a *face* (a line that looks away from the box covers it, or the raster shows free space
+before it and none behind), or stands at a *wall* (a line that looks towards the box lies in its plane), or is not seen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rgcore.config import Objects as Settings
+from rgcore.evidence import Evidence
+from rgcore.geometry.grid import Grid
+
+PARALLEL = float(np.cos(np.radians(10)))
+"""cosine of the largest difference of directions that count as parallel"""
+PLANE = 0.1
+"""m: a line this near to a side lies in it: merged lines are good to a few centimetres, small ones to a few degrees"""
+REACH = 0.8
+"""m: how far beyond the end of its visible part a front may go on: other things stand before it"""
+STRIP = np.array([0.07, 0.12])
+"""m: where free space is looked for before and behind a side; nearer the raster's cells hold echoes of the side"""
+FRONT, RIGHT, BACK, LEFT = range(4)
+"""the sides of a box, seen from above with the front on top"""
+
+
+@dataclass(frozen=True, eq=False)
+class Boxes(Evidence):
+    """Box hypotheses (K).
+
+    front   (K,)      index of the line that the front stands on
+    origin  (K, 2)    m, the left end of the front
+    u       (K, 2)    direction of the front; the box lies right of it
+    size    (K, 2)    m, along the front and behind it
+    face    (K, 4)    share of each side (front, right, back, left) that lines cover
+    wall    (K, 4)    1 where a wall lies in the plane of the side and touches it, falling to 0 with its distance
+    edge    (K, 4)    share of each side where the raster shows free space before it and none behind
+    open    (K, 4)    share of each side with free space before it
+    solid   (K,)      share of the inside that no beam passed
+    members (K, L)    the lines that are faces of the box
+    """
+
+    front: np.ndarray
+    origin: np.ndarray
+    u: np.ndarray
+    size: np.ndarray
+    face: np.ndarray
+    wall: np.ndarray
+    edge: np.ndarray
+    open: np.ndarray
+    solid: np.ndarray
+    members: np.ndarray
+
+    @property
+    def down(self) -> np.ndarray:
+        """Direction (K, 2) from the front to the back."""
+        return np.stack([self.u[:, 1], -self.u[:, 0]], 1)
+
+    @property
+    def center(self) -> np.ndarray:
+        """(K, 2) m."""
+        return self.origin + (self.u * self.size[:, :1] + self.down * self.size[:, 1:]) / 2
+
+
+def boxes_on(ends: np.ndarray, free: Grid, settings: Settings) -> Boxes | None:
+    """All boxes that lines (L, 2, 2) of one room suggest; None if there are none. ``free``: mask of free space."""
+    d = ends[:, 1] - ends[:, 0]
+    length = np.hypot(*d.T)
+    u = d / length[:, None]
+    parts = []
+    for f in np.nonzero((length >= settings.min_face) & (length <= settings.max_width))[0]:
+        n = np.array([-u[f, 1], u[f, 0]])
+        local = _Local((ends - ends[f, 0]) @ u[f], (ends - ends[f, 0]) @ n, u @ u[f], u @ n)
+        spans = _spans(local, float(length[f]), settings)
+        if len(spans):
+            parts.append((int(f), spans, *_sides(local, spans)))
+    if not parts:
+        return None
+    front = np.concatenate([np.full(len(p[1]), p[0]) for p in parts])
+    spans, face, wall, members = (np.concatenate([p[i] for p in parts]) for i in (1, 2, 3, 4))
+    low, high, depth = spans.T
+    origin = ends[front, 0] + u[front] * low[:, None]
+    size = np.stack([high - low, depth], 1)
+    edge, open_, solid = _raster(origin, u[front], size, free)
+    return Boxes(front, origin, u[front], size, face, wall, edge, open_, solid, members)
+
+
+class _Local:
+    """Lines in the frame of a front: x along it, y before it; the box lies at negative y."""
+
+    def __init__(self, x: np.ndarray, y: np.ndarray, cos: np.ndarray, sin: np.ndarray) -> None:
+        self.x, self.y = np.sort(x, 1), np.sort(y, 1)
+        # the sides that a line would be a face of: it looks to the same side as the front, right, back, left
+        self.looks = (cos > PARALLEL, sin < -PARALLEL, cos < -PARALLEL, sin > PARALLEL)
+
+    def at(self, side: int) -> tuple[np.ndarray, np.ndarray]:
+        """Where lines lie across (L,) and along (L, 2) the sides front and back, or right and left."""
+        return (self.y.mean(1), self.x) if side in (FRONT, BACK) else (self.x.mean(1), self.y)
+
+
+def _spans(lines: _Local, length: float, settings: Settings) -> np.ndarray:
+    """Left end, right end and depth (k, 3) of the boxes on a front."""
+    mx, my = lines.x.mean(1), -lines.y.mean(1)
+    beside = (lines.y[:, 1] > -0.4) & (lines.y[:, 0] < -0.08) & (lines.y[:, 1] < 0.5)
+    across = (lines.looks[RIGHT] | lines.looks[LEFT]) & beside
+    high = mx[across & (mx > length - 0.15) & (mx < length + REACH)]
+    low = mx[across & (mx < 0.15) & (mx > -REACH)]
+    near = (lines.x[:, 0] < length + 2) & (lines.x[:, 1] > -2) & (my > 0)
+    over = np.minimum(lines.x[:, 1], length) - np.maximum(lines.x[:, 0], 0)
+    side = across & (lines.looks[RIGHT] & (np.abs(mx - length) < 0.2) | lines.looks[LEFT] & (np.abs(mx) < 0.2))
+    depth = np.concatenate(
+        [
+            my[lines.looks[FRONT] & near],
+            my[lines.looks[BACK] & (over > 0.3 * length)],
+            -lines.y[side & (lines.y[:, 1] < 0.15), 0],
+        ]
+    )
+    lows, highs, depths = _distinct(low, 0.0), _distinct(high, length), _distinct(depth)
+    spans = np.stack(np.meshgrid(lows, highs, depths, indexing="ij"), -1).reshape(-1, 3)
+    width = spans[:, 1] - spans[:, 0]
+    small, large = np.minimum(width, spans[:, 2]), np.maximum(width, spans[:, 2])
+    fits = (small >= settings.min_depth) & (small <= settings.max_depth)
+    fits &= (large >= settings.min_width) & (large <= settings.max_width)
+    return spans[fits]
+
+
+def _distinct(values: np.ndarray, *more: float) -> np.ndarray:
+    """Values that differ by 4 cm."""
+    v = np.sort(np.append(values, more))
+    return v[np.diff(v, prepend=-np.inf) > 0.04]
+
+
+def _sides(lines: _Local, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shares of the sides that are faces (k, 4), nearness of walls (k, 4), and the lines of the faces (k, L)."""
+    low, high, depth = (s[:, None] for s in spans.T)
+    zero = np.zeros_like(low)
+    planes = (zero, high, -depth, low)
+    ranges = ((low, high), (-depth, zero), (low, high), (-depth, zero))
+    face, wall, members = np.zeros((len(spans), 4)), np.zeros((len(spans), 4)), np.zeros((len(spans), lines.x.shape[0]))
+    for s in range(4):
+        at, along = lines.at(s)
+        (a, b), within = ranges[s], np.abs(at - planes[s]) < PLANE
+        common = np.minimum(along[:, 1], b) - np.maximum(along[:, 0], a)
+        mine = within & lines.looks[s] & (common > 0.5 * (along[:, 1] - along[:, 0]))
+        face[:, s] = np.minimum(np.where(mine, common, 0).sum(1) / (b - a)[:, 0], 1)
+        gap = np.where(within & lines.looks[(s + 2) % 4], np.maximum(-common, 0), np.inf).min(1)
+        wall[:, s] = np.maximum(1 - gap / 2, 0)
+        members += mine
+    return face, wall, members > 0
+
+
+GRID = (np.arange(8) + 0.5) / 8
+
+
+def _raster(
+    origin: np.ndarray, u: np.ndarray, size: np.ndarray, free: Grid
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shares of each side that are an edge and that are open (K, 4), and the share of the inside not passed (K,)."""
+    n = np.stack([-u[:, 1], u[:, 0]], 1)
+
+    def look(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        points = origin[:, None] + x[..., None] * u[:, None] - y[..., None] * n[:, None]
+        return np.asarray(free.at(points, outside=False), bool)
+
+    w, h = size[:, :1], size[:, 1:]
+    inner = np.stack(np.meshgrid(GRID, GRID), -1).reshape(-1, 2)
+    m = 0.08
+    solid = 1 - look(m + (w - 2 * m) * inner[:, 0], m + (h - 2 * m) * inner[:, 1]).mean(1)
+    edge, open_ = np.zeros((len(size), 4)), np.zeros((len(size), 4))
+    x, y = m + (w - 2 * m) * GRID, m + (h - 2 * m) * GRID
+
+    def along(side: int, off: float) -> np.ndarray:
+        """What lies at a distance before a side (negative: behind it)."""
+        places = ((x, 0 * x - off), (0 * y + w + off, y), (x, 0 * x + h + off), (0 * y - off, y))
+        return look(*places[side])
+
+    for s in range(4):
+        near, far = along(s, STRIP[0]), along(s, STRIP[1])
+        open_[:, s] = (near.mean(1) + far.mean(1)) / 2
+        edge[:, s] = (far & ~along(s, -STRIP[1])).mean(1)
+    return edge, open_, solid
