@@ -6,6 +6,8 @@ import io
 import os
 import re
 import shutil
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -139,6 +141,13 @@ class Pilot:
         found = self.page.get_by_text(text).first
         found.wait_for(timeout=timeout)
         return found
+
+    def until(self, true: Callable[[], bool], timeout: float = 15_000) -> None:
+        """Wait until something is so in the app, while the page goes on."""
+        end = time.monotonic() + timeout / 1000
+        while not true():
+            assert time.monotonic() < end, "it never came to pass"
+            self.page.wait_for_timeout(20)
 
     def gone(self, text: str | re.Pattern[str]) -> None:
         self.page.wait_for_function("(t) => !document.body.innerText.includes(t)", arg=text)

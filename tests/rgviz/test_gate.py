@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import http.client
 import time
 from collections.abc import Iterator
@@ -12,8 +11,8 @@ from typing import Any
 import msgspec
 import pytest
 import viser
-import websockets
 import websockets.exceptions
+from websockets.sync.client import connect
 
 from rgcore.errors import EditError, RgError
 from rgviz import server as server_module
@@ -48,17 +47,15 @@ class Served:
     def websocket(self, send: object = None, **headers: str) -> int:
         """101 if a websocket was opened and spoke, else the status of the refusal."""
 
-        async def talk() -> None:
-            origin = headers.pop("Origin", None)
-            uri = f"ws://{self.host}{headers.pop('path', '/')}"
-            how: dict[str, Any] = {"origin": origin, "additional_headers": headers}
-            async with websockets.connect(uri, subprotocols=[f"viser-v{viser.__version__}"], **how) as w:  # type: ignore[list-item]
-                if send is not None:
-                    await w.send(msgspec.msgpack.encode(send))
-                await asyncio.wait_for(w.recv(), 5)
-
+        origin, path = headers.pop("Origin", None), headers.pop("path", "/")
+        protocol: Any = f"viser-v{viser.__version__}"
         try:
-            asyncio.run(talk())
+            with connect(
+                f"ws://{self.host}{path}", origin=origin, additional_headers=headers, subprotocols=[protocol]
+            ) as w:
+                if send is not None:
+                    w.send(msgspec.msgpack.encode(send))
+                w.recv(timeout=5)
         except websockets.exceptions.InvalidStatus as e:
             return e.response.status_code
         return 101
