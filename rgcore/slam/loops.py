@@ -5,12 +5,14 @@ How far an old keyframe may be off is the way through the graph to it times a dr
 the local map; where it is much the scan is correlated with the map of the old keyframes. A closure counts when its
 response is high and without a rival, when the scans do not see through each other's walls, and when closures from
 different places along the way ask for the same correction (pairwise consistency: Mangelson et al., ICRA 2018); and the
-graph may still refuse it (``Lrgc``), if the other links would have to stretch.
+graph may still refuse it (``Lrgc``), if the other links would have to stretch. At the end all keyframes are tried once
+more, from the poses that the closures have made better.
 """
 
 from __future__ import annotations
 
 from array import array
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,11 +25,18 @@ from rgcore.slam.correlation import correlate, likelihood_field
 from rgcore.slam.keyframes import LEAST_PAIRS, Keyframes, links_of
 from rgcore.slam.local import Match, register
 from rgcore.slam.posegraph import Links
+from rgcore.slam.small import between
 
 SAME = (0.25, 0.07)
 """[m, rad] closures that differ by less ask for the same correction."""
+LITTLE = (0.1, 0.03)
+"""[m, rad] closures that ask for less are closed already."""
 RECENT = 15
 """Keyframes within which closures must agree."""
+PAIR = 2
+"""Closures that must agree in the search at the end, when the poses are known better."""
+ROUNDS = 3
+"""Searches at the end: each closure may show others."""
 BROKEN = 100.0
 """Way [m] that a break in the log counts for."""
 UNCERTAIN = 0.2
@@ -45,6 +54,7 @@ class Ways:
     def __init__(self) -> None:
         self.length = np.zeros(0)
         self._ends, self._lengths = array("q"), array("d")  # of the edges: two keyframes each, and a length [m]
+        self._graph: csr_matrix | None = None  # of the edges, when they are asked for
 
     def advance(self, step: float) -> None:
         """A new keyframe, ``step`` [m] from the one before."""
@@ -53,16 +63,21 @@ class Ways:
             self._add(k - 1, k, step)
         self.length = np.append(self.length + step, 0.0)
 
-    def shortcut(self, keyframe: int, distance: float) -> None:
-        """The newest keyframe is linked to an old one ``distance`` [m] away."""
-        n = len(self.length)
-        self._add(n - 1, keyframe, distance)
-        if self.length[keyframe] > distance + self.SLACK:
-            ends = np.array(self._ends).reshape(-1, 2)
-            graph = csr_matrix((np.array(self._lengths), (ends[:, 0], ends[:, 1])), shape=(n, n))
-            self.length = dijkstra(graph, directed=False, indices=n - 1)
+    def shortcut(self, keyframe: int, old: int, distance: float) -> None:
+        """The keyframe that the ways start from is linked to an old one ``distance`` [m] away."""
+        self._add(keyframe, old, distance)
+        if self.length[old] > distance + self.SLACK:
+            self.turn_to(keyframe)
+
+    def turn_to(self, keyframe: int, limit: float = np.inf) -> None:
+        """From now on the ways are those from this keyframe; longer ones than ``limit`` [m] are inf."""
+        if self._graph is None:
+            (a, b), n, w = np.array(self._ends).reshape(-1, 2).T, len(self.length), np.array(self._lengths)
+            self._graph = csr_matrix((np.tile(w, 2), (np.append(a, b), np.append(b, a))), shape=(n, n))
+        self.length = dijkstra(self._graph, indices=keyframe, limit=limit)
 
     def _add(self, a: int, b: int, length: float) -> None:
+        self._graph = None
         self._ends.extend((a, b))
         self._lengths.append(max(length, 1e-3))  # a sparse graph takes zero for no edge
 
@@ -92,6 +107,7 @@ class Loops:
         self.keyframes, self.settings = keyframes, settings
         self.ways = Ways()
         self._pending: list[Closure] = []
+        self._vain: dict[tuple[int, int], np.ndarray] = {}  # searches that found nothing: relative pose, and window
         self._broken = 0  # first keyframe since the last break
         self.tried = self.found = self.accepted = 0
 
@@ -103,13 +119,13 @@ class Loops:
             self._broken, step = len(poses) - 1, BROKEN
         self.ways.advance(step)
 
-    def linked(self, members: np.ndarray, pairs: np.ndarray) -> None:
-        """The newest keyframe has ``pairs`` (m,) of points with ``members`` (m,), some of them old."""
+    def linked(self, k: int, members: np.ndarray, pairs: np.ndarray) -> None:
+        """A keyframe has ``pairs`` (m,) of points with ``members`` (m,), some of them old."""
         poses = self.keyframes.poses
-        old = members[(pairs > 2 * LEAST_PAIRS) & (members < len(poses) - 1 - self.settings.local_keyframes)]
+        old = members[(pairs > 2 * LEAST_PAIRS) & (members < k - self.settings.local_keyframes)]
         if len(old):
-            d = np.hypot(*(poses[old] - poses[-1])[:, :2].T)
-            self.ways.shortcut(int(old[d.argmin()]), float(d.min()))
+            d = np.hypot(*(poses[old] - poses[k])[:, :2].T)
+            self.ways.shortcut(k, int(old[d.argmin()]), float(d.min()))
 
     def local_members(self) -> np.ndarray:
         """The keyframes of the local map: the newest, and old ones nearby whose place is certain."""
@@ -122,18 +138,44 @@ class Loops:
 
     def seek(self) -> Links | None:
         """Closures of the newest keyframe with old ones far away by the graph; None until enough of them agree."""
-        s, k = self.settings, len(self.keyframes) - 1
-        found = self._candidate()
-        if found is None:
+        return self._seek(len(self.keyframes) - 1, self.settings.least_closures)
+
+    def seek_again(self) -> Iterator[Links]:
+        """Closures that were missed while the poses were worse than now; ``closed`` must be told of each before the
+        next.
+        """
+        s = self.settings
+        for _ in range(ROUNDS):
+            self._pending, accepted = [], self.accepted
+            for k in range(s.local_keyframes + 1, len(self.keyframes)):
+                self.ways.turn_to(k, s.certain / s.drift)
+                if self._among_friends(k):
+                    continue
+                self.ways.turn_to(k)
+                found = self._seek(k, min(PAIR, s.least_closures))
+                if found is None:
+                    continue
+                if self._closed_already():
+                    self._join()
+                else:
+                    yield found
+            if self.accepted == accepted:
+                break
+        self.ways.turn_to(len(self.keyframes) - 1)
+
+    def _seek(self, k: int, least: int) -> Links | None:
+        found = None if self._among_friends(k) else self._candidate(k)
+        if found is None or self._in_vain(k, *found):
             return None
         self.tried += 1
-        closure = self._close(*found)
+        closure = self._close(k, *found)
         if closure is None:
             return None
         self.found += 1
+        self._vain.pop((k, int(closure.members[len(closure.members) // 2])), None)
         self._pending = [c for c in self._pending if c.keyframe > k - RECENT] + [closure]
-        same = consistent(self._pending, self.keyframes.poses[-1])
-        if len(same) < s.least_closures:
+        same = consistent(self._pending, self.keyframes.poses[k])
+        if len(same) < least:
             return None
         self._pending = same
         poses = self.keyframes.poses
@@ -141,22 +183,44 @@ class Loops:
 
     def closed(self, believed: bool) -> None:
         """The graph has been closed by what ``seek`` gave, or has refused it."""
-        last = self._pending[-1]
-        self._pending = []
         if believed:
             self.accepted += 1
-            self.linked(last.members, last.match.pairs)
+            self._join()
+        self._pending = []
 
-    def _candidate(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Old keyframes that the newest may see, and the window (3,) of where it may be; None if it is among
-        friends.
-        """
+    def _closed_already(self) -> bool:
+        """Whether the last closure asks for so little that the refinement will do it."""
+        last = self._pending[-1]
+        off = np.abs(between(self.keyframes.poses[last.keyframe], last.match.pose))
+        return bool(np.hypot(off[0], off[1]) < LITTLE[0] and off[2] < LITTLE[1])
+
+    def _join(self) -> None:
+        """The keyframe of the last closure is from now on linked to its members; nothing is pending."""
+        last = self._pending[-1]
+        self._pending = []
+        self.linked(last.keyframe, last.members, last.match.pairs)
+
+    def _among_friends(self, k: int) -> bool:
+        """Whether an old keyframe whose place is certain stands next to this one."""
         s, poses = self.settings, self.keyframes.poses
-        first = max(0, len(poses) - 1 - s.local_keyframes)
-        d = np.hypot(*(poses[:first] - poses[-1])[:, :2].T)
+        first = max(0, k - s.local_keyframes)
+        sure = np.flatnonzero(self.ways.length[:first] * s.drift < s.certain)
+        return bool((np.hypot(*(poses[sure] - poses[k])[:, :2].T) < 1.0).any())
+
+    def _in_vain(self, k: int, members: np.ndarray, window: np.ndarray) -> bool:
+        """Whether the search has been made, from nearly the same pose in a window hardly wider, and found nothing."""
+        j = int(members[len(members) // 2])
+        seen = between(self.keyframes.poses[j], self.keyframes.poses[k])
+        last = self._vain.get((k, j))
+        self._vain[k, j] = np.append(seen, window[0])
+        return last is not None and bool(np.hypot(*(seen - last[:3])[:2]) < SAME[0] and window[0] > 0.5 * last[3])
+
+    def _candidate(self, k: int) -> tuple[np.ndarray, np.ndarray] | None:
+        """Old keyframes that this one may see, and the window (3,) of where it may be; None if there are none."""
+        s, poses = self.settings, self.keyframes.poses
+        first = max(0, k - s.local_keyframes)
+        d = np.hypot(*(poses[:first] - poses[k])[:, :2].T)
         unsure = self.ways.length[:first] * s.drift
-        if ((unsure < s.certain) & (d < 1.0)).any():
-            return None
         window = np.minimum(0.3 + unsure, s.window)
         open_ = np.flatnonzero((unsure >= s.certain) & (d < window + 2.0))
         if not len(open_):
@@ -165,9 +229,9 @@ class Loops:
         members = np.arange(max(0, j - 5), min(first, j + 6))
         return members, np.array([window[j], window[j], min(0.6, 0.1 + 0.3 * unsure[j])])
 
-    def _close(self, members: np.ndarray, window: np.ndarray) -> Closure | None:
-        """The newest keyframe on the map of old ones, if it fits there, only there, and nothing speaks against it."""
-        s, frames, k = self.settings, self.keyframes, len(self.keyframes) - 1
+    def _close(self, k: int, members: np.ndarray, window: np.ndarray) -> Closure | None:
+        """A keyframe on the map of old ones, if it fits there, only there, and nothing speaks against it."""
+        s, frames = self.settings, self.keyframes
         surface, on = frames.surface(k), frames.map_of(members)
         if len(on.points) < s.least_points or len(surface.points) < s.least_points:
             return None

@@ -2,7 +2,7 @@
 environments", CIRA 1999; the paper, section IV-A).
 
 Every scan is registered on the local map, which the keyframes around it make; keyframes are linked in a pose graph;
-loops are closed by global correlation; at the end all keyframes are aligned together.
+loops are closed by global correlation, and sought once more at the end, when all keyframes are aligned together.
 """
 
 from __future__ import annotations
@@ -112,7 +112,7 @@ class Lrgc:
         self.loops.advance(not sure)
         if sure:
             self._links.append(links_of(match, self.keyframes.poses, self._members, k))
-            self.loops.linked(self._members, match.pairs)
+            self.loops.linked(k, self._members, match.pairs)
         else:
             self.breaks.append(len(self) - 1)
         closed = self.loops.seek()
@@ -156,5 +156,7 @@ class Lrgc:
         """(N, 3) map_from_laser of all scans, after the final optimisation."""
         if len(self.keyframes) > 1:
             self.keyframes.poses[:] = optimise(self.keyframes.poses, self._graph())
+            for closures in self.loops.seek_again():
+                self._close(closures)
             refine(self.keyframes, self._odometry_links[0], self.settings)
         return self.poses()

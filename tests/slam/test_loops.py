@@ -15,7 +15,7 @@ def test_the_way_to_an_old_keyframe_grows_until_a_shortcut_is_found() -> None:
         ways.advance(0.5)
     assert ways.length[0] == 49.5
     assert ways.length[-1] == 0.0
-    ways.shortcut(0, 1.0)
+    ways.shortcut(99, 0, 1.0)
     assert ways.length[0] == 1.0
     assert ways.length[10] == 6.0, "past the shortcut and on"
     assert ways.length[60] == 19.5, "the old way is still the shorter one"

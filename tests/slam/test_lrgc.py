@@ -13,6 +13,7 @@ from rgcore.geometry import se2
 from rgcore.geometry.raycast import cast
 from rgcore.progress import Progress
 from rgcore.scans.log import ScanLog
+from rgcore.slam.loops import Loops
 from rgcore.slam.lrgc import Lrgc, lrgc
 
 TRUE = around(1.3)
@@ -26,6 +27,18 @@ def test_a_loop_with_drifting_odometry_closes() -> None:
     assert np.abs(se2.wrap(trajectory.map_from_base[:, 2] - TRUE[:, 2])).max() < 0.02
     assert np.allclose(trajectory.map_from_base[0], LOG.odom_from_base[0])
     assert np.array_equal(trajectory.stamps, LOG.stamps)
+
+
+def test_a_loop_missed_on_the_way_is_closed_at_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Loops, "seek", lambda self: None)
+    mapper = Lrgc(LOG.bearings, Slam())
+    for k in range(len(LOG)):
+        mapper.add(LOG.ranges[k], LOG.odom_from_laser[k])
+    on_the_way = se2.compose(mapper.poses(), se2.invert(LASER))
+    at_the_end = se2.compose(mapper.finish(), se2.invert(LASER))
+    assert error(at_the_end, TRUE) < 0.03
+    assert error(at_the_end, TRUE) < error(on_the_way, TRUE)
+    assert mapper.loops.accepted
 
 
 def test_every_second_scan_is_enough() -> None:

@@ -88,7 +88,8 @@ def test_simulated_runs(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "stride", "bound"), [("intel.log.gz", 2, 0.1), ("intel.log.gz", 3, 0.1), ("fr079.log.gz", 2, 0.1)]
+    ("name", "stride", "bound"),
+    [("intel.log.gz", 2, 0.1), ("intel.log.gz", 3, 0.1), ("fr079.log.gz", 2, 0.1), ("aces.log.gz", 3, 1.5)],
 )
 def test_thinned_logs_give_the_same_map(name: str, stride: int, bound: float) -> None:
     """A wrong closure would bend one of the two by metres."""
