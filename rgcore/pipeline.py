@@ -11,6 +11,7 @@ import numpy as np
 
 from rgcore.cache import Cache
 from rgcore.config import Config
+from rgcore.errors import InputError
 from rgcore.lines.accuracy import Accuracy, measure_accuracy
 from rgcore.lines.merge import Lines, merge_lines
 from rgcore.model.assemble import assemble
@@ -53,8 +54,14 @@ class Run:
 
 
 def run(log: ScanLog, config: Config | None = None, cache: Cache | None = None, watch: Watcher = silent) -> Run:
-    """Map a log. With a cache, a stage whose settings and inputs are unchanged is read instead of computed."""
+    """Map a log. With a cache, a stage whose settings and inputs are unchanged is read instead of computed.
+
+    Raises InputError for a log without a single usable echo, RgError for a map too large for its raster.
+    """
     c = config or Config()
+    if not log.usable(c.slam.max_range).any():
+        nothing = f"none of its {len(log)} scans holds an echo nearer than slam.max_range={c.slam.max_range:g} m"
+        raise InputError(log.source or "the log", f"{nothing}; check the unit of its readings (metres)")
     stages = _Stages(log, c, cache or Cache(None), watch)
 
     segments = stages("extract", lambda: extract(log, c.extract), c.extract)

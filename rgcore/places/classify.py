@@ -60,7 +60,9 @@ def classify(lines: Lines, places: Places, free: FreeSpace, settings: Settings) 
         histogram[i], peak = angle_histogram(ends, bins)
         measured[i] = measures(region, [g.posts for g in places.gateways if i in g.regions], own)
         axes[i] = main_axes(ends, histogram[i], peak)
-    inputs = np.concatenate([np.stack([resample(h) for h in histogram]).reshape(n, -1), measured], 1)
+    if n == 0:
+        return Classes(np.zeros((0, len(CLASSES))), axes, histogram, measured)
+    inputs = np.concatenate([np.stack([resample(h) for h in histogram]), measured], 1)
     return Classes(network().probabilities(inputs), axes, histogram, measured)
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from rgcore.config import Places as Settings
+from rgcore.errors import RgError
 from rgcore.evidence import Evidence
 from rgcore.geometry.compiled import kernel
 from rgcore.geometry.grid import Grid
@@ -16,6 +18,9 @@ from rgcore.slam.trajectory import Trajectory
 MARGIN = 10
 """Cells of unknown space around everything that was seen, so that no later step has to care for the raster's edge."""
 
+MOST_CELLS = 64_000_000
+"""Cells of a raster: 400 x 400 m at 5 cm, some GB for the masks made of it. Mapped buildings stay far below; what goes
+beyond is odometry that jumps."""
 
 SHORT_SIGHTED = 10.0
 """m: no echo of a laser with a shorter range means far; of any other it means glass, sky or black."""
@@ -49,7 +54,7 @@ def free_space(log: ScanLog, trajectory: Trajectory, settings: Settings) -> Free
     A beam counts as a pass in each cell between the laser and its echo and as a hit in the cell of the echo, which is
     the counting model of a reflection map (Haehnel et al. 2003). A beam without an echo is free as far as
     ``settings.no_echo_reach`` (a laser with a short range: nearly as far as that), but only where its neighbours have
-    none either: single ones are drop-outs.
+    none either: single ones are drop-outs. Raises RgError if the raster would take more than ``MOST_CELLS``.
     """
     reach, ends = _reaches(log, settings)
     poses = trajectory.map_from_laser
@@ -61,9 +66,22 @@ def free_space(log: ScanLog, trajectory: Trajectory, settings: Settings) -> Free
     res = settings.resolution
     low = np.floor(corners.min(0) / res) - MARGIN
     width, height = (np.ceil(corners.max(0) / res) - low + MARGIN).astype(int)
+    if int(width) * int(height) > MOST_CELLS:
+        raise RgError(_too_large(width * res, height * res, settings))
     counts = np.zeros((2, height, width), np.int32)
     _cast(poses[:, :2] / res - low, tips / res - low, used, ends, counts)
     return FreeSpace(counts[0], counts[1], low * res, res)
+
+
+def _too_large(width: float, height: float, settings: Settings) -> str:
+    """What to tell of a map of so many metres."""
+    coarsest = 0.5
+    needed = math.sqrt(width * height / MOST_CELLS)
+    text = f"the map spans {width:.0f} x {height:.0f} m, too much for cells of {settings.resolution:g} m"
+    if needed > coarsest:
+        return f"{text}; look for jumps in the log's odometry"
+    coarser = math.ceil(needed * 100 + 1) / 100
+    return f"{text}; look for jumps in the log's odometry, or give places.resolution={min(coarser, coarsest):g}"
 
 
 def _reaches(log: ScanLog, settings: Settings) -> tuple[np.ndarray, np.ndarray]:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from rgcore.config import Places as Settings
+from rgcore.errors import RgError
 from rgcore.places.freespace import FreeSpace, free_space
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
@@ -49,3 +50,13 @@ def test_readings_without_information_count_for_nothing(bad: float) -> None:
     free = look([2.0, bad], [0.0, 1.0])
     assert free.hits.sum() == 1
     assert free.grid(free.passes).at(np.array([0.3, 0.45])) == 0
+
+
+def test_a_map_too_large_for_its_raster_is_refused_with_the_remedy() -> None:
+    poses = np.array([[0.0, 0, 0], [1000, 900, 0], [30000, 2e6, 0]])
+    log = ScanLog(np.arange(3.0), np.full((3, 1), 2.0), poses, np.zeros(1), np.zeros(3), 80.0)
+    with pytest.raises(RgError, match=r"1003 x 901 m.*odometry.*places\.resolution=0\.13"):
+        free_space(log[:2], Trajectory(log.stamps, poses, np.zeros(3))[:2], Settings())
+    free_space(log[:2], Trajectory(log.stamps, poses, np.zeros(3))[:2], Settings(resolution=0.13))
+    with pytest.raises(RgError, match=r"30003 x 2000001 m.*odometry$"):
+        free_space(log, Trajectory(log.stamps, poses, np.zeros(3)), Settings())
