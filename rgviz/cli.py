@@ -32,6 +32,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         print(f"rgviz: {_one_line(e)}", file=sys.stderr)
         return 1
+    except MemoryError as e:
+        if args.debug:
+            raise
+        print(f"rgviz: not enough memory ({_one_line(e) or 'none left'}); close other programs", file=sys.stderr)
+        return 1
+    except Exception as e:
+        if args.debug:
+            raise
+        fault = f"{type(e).__name__}: {_one_line(e)}"
+        print(f"rgviz: a fault in rgviz: {fault}; run it again with --debug and report what it says", file=sys.stderr)
+        return 1
 
 
 def _one_line(e: Exception) -> str:

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rgviz import cli
 from rgviz.demo import LOG, PLAN
 
 
@@ -192,3 +193,19 @@ def test_measure_judges_the_trajectory_by_relations(project: Path, tmp_path: Pat
     assert figures["trans_mean"] == pytest.approx(0.25, abs=1e-3)
     assert figures["rot_mean"] == pytest.approx(0, abs=0.01)
     assert rgviz("measure", project, "--relations", file, "--rows", "0,1").returncode == 1
+
+
+def test_a_fault_is_one_line_and_a_traceback_only_where_asked_for(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object) -> None:
+        raise ZeroDivisionError("by\nzero")
+
+    monkeypatch.setattr(cli, "_config", fail)
+    assert cli.main(["config"]) == 1
+    out = capsys.readouterr()
+    assert out.err.splitlines() == [
+        "rgviz: a fault in rgviz: ZeroDivisionError: by zero; run it again with --debug and report what it says"
+    ]
+    with pytest.raises(ZeroDivisionError):
+        cli.main(["config", "--debug"])
