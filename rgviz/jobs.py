@@ -128,10 +128,10 @@ def _map(log_path: Path, project: Path, config: Config, pipe: Connection) -> Non
     pipe.send(Report("read", 0, 1))
     log = read_log(log_path)
     watcher = _Watcher(log, config, pipe)
-    result = run(log, config, Cache(None), watcher)
+    result = run(log, config, Cache(project / "cache"), watcher)
     pipe.send(Report("save", 0, 1))
-    # Until here nothing was written and a signal ends it at once. From here on it is an exception, so that what is half
-    # made is taken back.
+    # Until here only the stage cache was written and a signal ends it at once. From here on it is an exception, so
+    # that what is half made is taken back.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
     Project.create(project, result).close()
 
