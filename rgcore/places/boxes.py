@@ -7,6 +7,7 @@ before it and none behind), or stands at a *wall* (a line that looks towards the
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,10 @@ PARALLEL = float(np.cos(np.radians(10)))
 """cosine of the largest difference of directions that count as parallel"""
 PLANE = 0.1
 """m: a line this near to a side lies in it: merged lines are good to a few centimetres, small ones to a few degrees"""
+FLUSH = 0.05
+"""m: lines of one front are nearer to one plane: two cabinets side by side seldom are"""
+THICK = 0.32
+"""m: a box thinner than this whose other side is seen from another room is a wall"""
 REACH = 0.8
 """m: how far beyond the end of its visible part a front may go on: other things stand before it"""
 STRIP = np.array([0.07, 0.12])
@@ -40,6 +45,9 @@ class Boxes(Evidence):
     edge    (K, 4)    share of each side where the raster shows free space before it and none behind
     open    (K, 4)    share of each side with free space before it
     solid   (K,)      share of the inside that no beam passed
+    beyond  (K, 4)    m, how far the lines of a side go on beyond its ends: the box would be a part of something longer
+    inside  (K,)      m, length of other lines inside
+    foreign (K,)      share of the length or width along which lines of other rooms run inside: the box is a wall
     members (K, L)    the lines that are faces of the box
     """
 
@@ -52,6 +60,9 @@ class Boxes(Evidence):
     edge: np.ndarray
     open: np.ndarray
     solid: np.ndarray
+    beyond: np.ndarray
+    inside: np.ndarray
+    foreign: np.ndarray
     members: np.ndarray
 
     @property
@@ -59,14 +70,12 @@ class Boxes(Evidence):
         """Direction (K, 2) from the front to the back."""
         return np.stack([self.u[:, 1], -self.u[:, 0]], 1)
 
-    @property
-    def center(self) -> np.ndarray:
-        """(K, 2) m."""
-        return self.origin + (self.u * self.size[:, :1] + self.down * self.size[:, 1:]) / 2
 
+def boxes_on(ends: np.ndarray, foreign: np.ndarray, free: Grid, settings: Settings) -> Boxes | None:
+    """All boxes that lines (L, 2, 2) of one room suggest; None if there are none.
 
-def boxes_on(ends: np.ndarray, free: Grid, settings: Settings) -> Boxes | None:
-    """All boxes that lines (L, 2, 2) of one room suggest; None if there are none. ``free``: mask of free space."""
+    ``foreign`` (M, 2, 2): lines of other rooms; ``free``: mask of the free space.
+    """
     d = ends[:, 1] - ends[:, 0]
     length = np.hypot(*d.T)
     u = d / length[:, None]
@@ -76,16 +85,16 @@ def boxes_on(ends: np.ndarray, free: Grid, settings: Settings) -> Boxes | None:
         local = _Local((ends - ends[f, 0]) @ u[f], (ends - ends[f, 0]) @ n, u @ u[f], u @ n)
         spans = _spans(local, float(length[f]), settings)
         if len(spans):
-            parts.append((int(f), spans, *_sides(local, spans)))
+            across = _crossing((foreign - ends[f, 0]) @ u[f], (foreign - ends[f, 0]) @ n, spans)
+            parts.append((np.full(len(spans), f), spans, *_sides(local, spans), across))
     if not parts:
         return None
-    front = np.concatenate([np.full(len(p[1]), p[0]) for p in parts])
-    spans, face, wall, members = (np.concatenate([p[i] for p in parts]) for i in (1, 2, 3, 4))
+    front, spans, face, wall, beyond, inside, members, across = map(np.concatenate, zip(*parts, strict=True))
     low, high, depth = spans.T
     origin = ends[front, 0] + u[front] * low[:, None]
     size = np.stack([high - low, depth], 1)
     edge, open_, solid = _raster(origin, u[front], size, free)
-    return Boxes(front, origin, u[front], size, face, wall, edge, open_, solid, members)
+    return Boxes(front, origin, u[front], size, face, wall, edge, open_, solid, beyond, inside, across, members)
 
 
 class _Local:
@@ -118,38 +127,66 @@ def _spans(lines: _Local, length: float, settings: Settings) -> np.ndarray:
             -lines.y[side & (lines.y[:, 1] < 0.15), 0],
         ]
     )
-    lows, highs, depths = _distinct(low, 0.0), _distinct(high, length), _distinct(depth)
-    spans = np.stack(np.meshgrid(lows, highs, depths, indexing="ij"), -1).reshape(-1, 3)
-    width = spans[:, 1] - spans[:, 0]
-    small, large = np.minimum(width, spans[:, 2]), np.maximum(width, spans[:, 2])
-    fits = (small >= settings.min_depth) & (small <= settings.max_depth)
-    fits &= (large >= settings.min_width) & (large <= settings.max_width)
-    return spans[fits]
+    lows, highs, depths = (
+        _distinct([0.0, *low.tolist()]),
+        _distinct([length, *high.tolist()]),
+        _distinct(depth.tolist()),
+    )
+    spans = []
+    for a, b, d in itertools.product(lows, highs, depths):
+        small, large = sorted((b - a, d))
+        if settings.min_depth <= small <= settings.max_depth and settings.min_width <= large <= settings.max_width:
+            spans.append((a, b, d))
+    return np.array(spans).reshape(-1, 3)
 
 
-def _distinct(values: np.ndarray, *more: float) -> np.ndarray:
+def _distinct(values: list[float]) -> list[float]:
     """Values that differ by 4 cm."""
-    v = np.sort(np.append(values, more))
-    return v[np.diff(v, prepend=-np.inf) > 0.04]
+    out: list[float] = []
+    for v in sorted(values):
+        if not out or v - out[-1] > 0.04:
+            out.append(v)
+    return out
 
 
-def _sides(lines: _Local, spans: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shares of the sides that are faces (k, 4), nearness of walls (k, 4), and the lines of the faces (k, L)."""
+def _sides(lines: _Local, spans: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What lines say of boxes: ``face``, ``wall``, ``beyond``, ``inside`` and ``members``, as in Boxes."""
     low, high, depth = (s[:, None] for s in spans.T)
     zero = np.zeros_like(low)
     planes = (zero, high, -depth, low)
     ranges = ((low, high), (-depth, zero), (low, high), (-depth, zero))
-    face, wall, members = np.zeros((len(spans), 4)), np.zeros((len(spans), 4)), np.zeros((len(spans), lines.x.shape[0]))
+    face, wall, beyond = (np.zeros((len(spans), 4)) for _ in range(3))
+    members = np.zeros((len(spans), len(lines.x)), bool)
     for s in range(4):
         at, along = lines.at(s)
-        (a, b), within = ranges[s], np.abs(at - planes[s]) < PLANE
+        (a, b), off = ranges[s], np.abs(at - planes[s])
         common = np.minimum(along[:, 1], b) - np.maximum(along[:, 0], a)
-        mine = within & lines.looks[s] & (common > 0.5 * (along[:, 1] - along[:, 0]))
+        face_lines = (off < (FLUSH if s == FRONT else PLANE)) & lines.looks[s]
+        mine = face_lines & (common > 0.5 * (along[:, 1] - along[:, 0]))
         face[:, s] = np.minimum(np.where(mine, common, 0).sum(1) / (b - a)[:, 0], 1)
-        gap = np.where(within & lines.looks[(s + 2) % 4], np.maximum(-common, 0), np.inf).min(1)
+        rest = np.maximum(along[:, 1] - b, 0) + np.maximum(a - along[:, 0], 0)
+        beyond[:, s] = np.where(face_lines & (common > -0.1), rest, 0).max(1)
+        gap = np.where((off < PLANE) & lines.looks[(s + 2) % 4], np.maximum(-common, 0), np.inf).min(1)
         wall[:, s] = np.maximum(1 - gap / 2, 0)
-        members += mine
-    return face, wall, members > 0
+        members |= mine
+    x, y = lines.x.mean(1), lines.y.mean(1)
+    within = (x > low + PLANE) & (x < high - PLANE) & (y > PLANE - depth) & (y < -PLANE) & ~members
+    inside = within @ np.hypot(*(np.diff(v, axis=1)[:, 0] for v in (lines.x, lines.y)))
+    return face, wall, beyond, inside, members
+
+
+def _crossing(x: np.ndarray, y: np.ndarray, spans: np.ndarray) -> np.ndarray:
+    """Share (k,) of a box along which lines (M, 2), in the frame of the front, run inside, or in a thin one's sides."""
+    low, high, depth = (s[:, None] for s in spans.T)
+    margin_x, margin_y = (np.where(extent < THICK, 0.04, -PLANE) for extent in (high - low, depth))
+    dx, dy = np.ptp(x, 1), np.ptp(y, 1)
+    mx, my = x.mean(1), y.mean(1)
+    lengthwise = (dx > 3 * dy) & (my > -depth - margin_y) & (my < margin_y)
+    over = np.minimum(x.max(1), high) - np.maximum(x.min(1), low)
+    along = np.where(lengthwise, np.maximum(over, 0) / (high - low), 0).max(1, initial=0)
+    crosswise = (dy > 3 * dx) & (mx > low - margin_x) & (mx < high + margin_x)
+    over = np.minimum(y.max(1), 0) - np.maximum(y.min(1), -depth)
+    return np.asarray(np.maximum(along, np.where(crosswise, np.maximum(over, 0) / depth, 0).max(1, initial=0)))
 
 
 GRID = (np.arange(8) + 0.5) / 8

@@ -7,6 +7,8 @@ stays.
 
 from __future__ import annotations
 
+import math
+
 import msgspec
 import numpy as np
 
@@ -34,14 +36,20 @@ class FoundObject(msgspec.Struct, frozen=True, kw_only=True):
 
 def find_objects(lines: Lines, places: Places, free: FreeSpace, settings: Settings) -> tuple[FoundObject, ...]:
     """Object hypotheses of all regions, the surest first within a region."""
-    found: list[FoundObject] = []
     mask = free.grid(free_mask(free))
+    believed: list[_Box] = []
     for region in range(len(places.regions)):
         own = np.nonzero(lines.region == region)[0]
-        boxes = boxes_on(lines.ends[own], mask, settings) if len(own) >= 2 else None
+        if len(own) < 2:
+            continue
+        low, high = lines.ends[own].min((0, 1)), lines.ends[own].max((0, 1))
+        near = ((lines.ends.max(1) > low - 1) & (lines.ends.min(1) < high + 1)).all(1) & (lines.region != region)
+        boxes = boxes_on(lines.ends[own], lines.ends[near], mask, settings)
         if boxes is not None:
-            found += _best(boxes, own, region, settings)
-    return tuple(found)
+            sure = confidence_of(boxes)
+            above = np.nonzero(sure >= settings.min_confidence)[0].tolist()
+            believed += [_Box(boxes, k, own, region, float(sure[k])) for k in above]
+    return tuple(_found(b, settings) for b in _surest(believed))
 
 
 def confidence_of(boxes: Boxes) -> np.ndarray:
@@ -56,46 +64,42 @@ def confidence_of(boxes: Boxes) -> np.ndarray:
     clear = boxes.open * (1 - seen)
     wall = boxes.wall * (1 - seen)
     score = (
-        -11.5
-        + 4.2 * boxes.solid
-        + 1.6 * boxes.face[:, FRONT]
-        + 1.8 * seen[:, sides].sum(1)
-        + 3.3 * seen[:, sides].max(1)
-        + 0.9 * boxes.face[:, others].sum(1)
+        -9.0
+        + 3.5 * boxes.solid
+        + 1.0 * boxes.face[:, FRONT]
+        + 1.5 * seen[:, sides].sum(1)
+        + 2.5 * seen[:, sides].max(1)
+        + 1.0 * boxes.face[:, others].sum(1)
         + 0.3 * wall[:, sides].sum(1)
-        + 1.3 * hidden[:, sides].sum(1)
+        + 0.9 * hidden[:, sides].sum(1)
         + 1.1 * seen[:, BACK]
-        + 0.3 * wall[:, BACK]
-        - 0.6 * clear[:, others].sum(1)
+        + 0.4 * wall[:, BACK]
+        - 0.4 * clear[:, others].sum(1)
+        - 1.0 * np.minimum(boxes.beyond, 1).sum(1)
+        - 3.0 * np.minimum(boxes.inside, 1)
+        - 3.0 * boxes.foreign
+        + 1.3 * np.minimum(boxes.size.min(1), 0.4)
     )
     return np.asarray(1 / (1 + np.exp(-score)))
 
 
-def _best(boxes: Boxes, index: np.ndarray, region: int, settings: Settings) -> list[FoundObject]:
-    """The boxes to believe: the surest first, none that overlaps or shares a line with a surer one."""
-    confidence = confidence_of(boxes)
-    order = np.argsort(-confidence, kind="stable")
-    used = np.zeros(boxes.members.shape[1], bool)
-    chosen: list[int] = []
-    for k in order[confidence[order] >= settings.min_confidence]:
-        if not (used & boxes.members[k]).any() and not _overlaps(boxes, int(k), chosen):
-            used |= boxes.members[k]
-            chosen.append(int(k))
-    return [_found(boxes, k, float(confidence[k]), index, region, settings) for k in chosen]
+class _Box:
+    """One box of those of a region whose lines are ``index`` (L,)."""
 
+    def __init__(self, boxes: Boxes, k: int, index: np.ndarray, region: int, confidence: float) -> None:
+        self.size, self.origin = boxes.size[k], boxes.origin[k]
+        self.axes = np.stack([boxes.u[k], boxes.down[k]])
+        self.center = (self.origin + self.size @ self.axes / 2).tolist()
+        self.radius = math.hypot(*self.size) / 2
+        self.lines = frozenset(index[boxes.members[k]].tolist())
+        self.region, self.confidence = region, confidence
+        self.label = "cabinet" if boxes.wall[k, BACK] > 0.5 and boxes.face[k, BACK] < 0.5 else "box"
 
-def _found(boxes: Boxes, k: int, confidence: float, index: np.ndarray, region: int, settings: Settings) -> FoundObject:
-    (x, y), (width, depth), (ux, uy) = boxes.center[k], boxes.size[k], boxes.u[k]
-    at_wall = boxes.wall[k, 1:].max() > 0.5 and boxes.face[k, BACK] < 0.5
-    return FoundObject(
-        label="cabinet" if at_wall else "box",
-        center=(round(float(x), 4), round(float(y), 4), round(settings.height / 2, 4)),
-        size=(round(float(width), 4), round(float(depth), 4), settings.height),
-        yaw=round(float(np.arctan2(uy, ux)), 4),
-        lines=tuple(int(index[m]) for m in np.nonzero(boxes.members[k])[0]),
-        region=region,
-        confidence=round(confidence, 3),
-    )
+    def overlaps(self, other: _Box) -> bool:
+        """Whether more than the part OVERLAP of the smaller one lies in the larger one."""
+        small, large = (self, other) if self.size.prod() < other.size.prod() else (other, self)
+        local = (small.origin + _SPREAD * small.size @ small.axes - large.origin) @ large.axes.T
+        return bool(np.all((local > 0) & (local < large.size), axis=1).mean() > OVERLAP)
 
 
 OVERLAP = 0.3
@@ -104,13 +108,26 @@ OVERLAP = 0.3
 _SPREAD = (np.stack(np.meshgrid(np.arange(8), np.arange(8)), -1).reshape(-1, 2) + 0.5) / 8
 
 
-def _overlaps(boxes: Boxes, k: int, others: list[int]) -> bool:
-    """Whether a box overlaps one of the others."""
-    axes = np.stack([boxes.u, boxes.down], 1)
-    for o in others:
-        small, large = (k, o) if boxes.size[k].prod() < boxes.size[o].prod() else (o, k)
-        points = boxes.origin[small] + _SPREAD * boxes.size[small] @ axes[small]
-        local = (points - boxes.origin[large]) @ axes[large].T
-        if np.all((local > 0) & (local < boxes.size[large]), axis=1).mean() > OVERLAP:
-            return True
-    return False
+def _surest(boxes: list[_Box]) -> list[_Box]:
+    """The surest first, none that overlaps or shares a line with a surer one."""
+    chosen: list[_Box] = []
+    used: set[int] = set()
+    for box in sorted(boxes, key=lambda b: -b.confidence):
+        near = (c for c in chosen if math.dist(c.center, box.center) < c.radius + box.radius)
+        if not used & box.lines and not any(box.overlaps(c) for c in near):
+            used |= box.lines
+            chosen.append(box)
+    return sorted(chosen, key=lambda b: b.region)
+
+
+def _found(box: _Box, settings: Settings) -> FoundObject:
+    (x, y), (width, depth), (ux, uy) = box.center, box.size, box.axes[0]
+    return FoundObject(
+        label=box.label,
+        center=(round(x, 4), round(y, 4), round(settings.height / 2, 4)),
+        size=(round(float(width), 4), round(float(depth), 4), settings.height),
+        yaw=round(float(np.arctan2(uy, ux)), 4),
+        lines=tuple(sorted(box.lines)),
+        region=box.region,
+        confidence=round(box.confidence, 3),
+    )
