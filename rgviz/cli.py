@@ -22,8 +22,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         args.command(args)
         return 0
     except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
-        return 130
+        return _stopped()
     except BrokenPipeError:
         sys.stderr.close()
         return 0
@@ -38,11 +37,25 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"rgviz: not enough memory ({_one_line(e) or 'none left'}); close other programs", file=sys.stderr)
         return 1
     except Exception as e:
+        if _by_ctrl_c(e):
+            return _stopped()
         if args.debug:
             raise
         fault = f"{type(e).__name__}: {_one_line(e)}"
         print(f"rgviz: a fault in rgviz: {fault}; run it again with --debug and report what it says", file=sys.stderr)
         return 1
+
+
+def _stopped() -> int:
+    print("stopped", file=sys.stderr)
+    return 130
+
+
+def _by_ctrl_c(e: BaseException | None) -> bool:
+    """Whether an error only wraps a Ctrl+C: compiled kernels turn one that meets them into a SystemError."""
+    while e is not None and not isinstance(e, KeyboardInterrupt):
+        e = e.__cause__ or e.__context__
+    return e is not None
 
 
 def _one_line(e: Exception) -> str:
@@ -183,7 +196,11 @@ def _edit(args: argparse.Namespace) -> None:
     from rgcore.model.edits import decode_edit
     from rgcore.model.project import Project
 
-    lines = (sys.stdin if str(args.edits) == "-" else args.edits.open(encoding="utf-8")).read().splitlines()
+    try:
+        data = sys.stdin.buffer.read() if str(args.edits) == "-" else args.edits.read_bytes()
+        lines = data.decode("utf-8-sig").splitlines()
+    except UnicodeDecodeError as e:
+        raise InputError(args.edits, "not a text file (UTF-8); write one edit a line as JSON") from e
     with Project.open(args.project) as project:
         done = 0
         for number, line in enumerate(lines, 1):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from dataclasses import asdict
 from typing import Any
 
@@ -11,6 +12,9 @@ from rich.table import Table
 
 from rgcore.model.project import Project
 from rgcore.slam.relations import RelationError
+
+PIPED = 160
+"""Columns of the tables where no terminal sets them: nothing is cut off in a file or a pipe."""
 
 
 def figures(project: Project) -> dict[str, Any]:
@@ -52,7 +56,7 @@ def relation_figures(error: RelationError) -> dict[str, float]:
 
 def print_tables(f: dict[str, Any]) -> None:
     """The figures as tables on stdout; angles in degrees, accuracy in millimetres as the paper prints them."""
-    console = Console()
+    console = Console() if sys.stdout.isatty() else Console(width=PIPED)
     total = Table(title=f["project"], title_justify="left")
     for head in ("scans", "points", "segments", "lines", "factor", "accuracy", "regions", "gateways", "objects"):
         total.add_column(head, justify="right")

@@ -209,3 +209,28 @@ def test_a_fault_is_one_line_and_a_traceback_only_where_asked_for(
     ]
     with pytest.raises(ZeroDivisionError):
         cli.main(["config", "--debug"])
+
+
+def test_edits_that_are_no_text_are_refused_in_a_line(project: Path, tmp_path: Path) -> None:
+    edits = tmp_path / "edits.jsonl"
+    edits.write_bytes(b"\x00\xff\xfe")
+    done = rgviz("edit", project, edits)
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [f"rgviz: {edits}: not a text file (UTF-8); write one edit a line as JSON"]
+
+
+def test_ctrl_c_inside_a_compiled_kernel_is_no_fault(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def stop(*_: object) -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(cli, "_config", stop)
+    assert cli.main(["config"]) == 130
+    assert capsys.readouterr().err == "stopped\n"
+
+
+def test_tables_are_whole_in_a_pipe(project: Path) -> None:
+    done = rgviz("measure", project)
+    assert "accuracy" in done.stdout
+    assert "…" not in done.stdout

@@ -68,6 +68,8 @@ class RunInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 def check(path: Path) -> ProjectInfo:
     """What project.toml says. Raises ProjectError if ``path`` is no project, or one of a newer version."""
+    if path.is_file():
+        raise ProjectError(f"{path}: a file, not a project; {AGAIN}")
     if not path.is_dir():
         raise ProjectError(f"{path}: there is no such project; {AGAIN}")
     file = path / "project.toml"

@@ -166,7 +166,7 @@ def test_damaged_points_are_told_when_they_are_wanted(made: Path) -> None:
 
 def test_a_file_is_no_project(tmp_path: Path) -> None:
     (tmp_path / "office.log").touch()
-    with pytest.raises(ProjectError, match=r"office\.log: there is no such project"):
+    with pytest.raises(ProjectError, match=r"office\.log: a file, not a project"):
         Project.open(tmp_path / "office.log")
 
 
