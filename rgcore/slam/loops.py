@@ -11,13 +11,10 @@ more, from the poses that the closures have made better.
 
 from __future__ import annotations
 
-from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
 from rgcore.config import Slam
 from rgcore.geometry import se2
@@ -26,6 +23,7 @@ from rgcore.slam.keyframes import LEAST_PAIRS, Keyframes, links_of
 from rgcore.slam.local import Match, register
 from rgcore.slam.posegraph import Links
 from rgcore.slam.small import between
+from rgcore.slam.ways import Ways
 
 SAME = (0.25, 0.07)
 """[m, rad] closures that differ by less ask for the same correction."""
@@ -43,43 +41,6 @@ UNCERTAIN = 0.2
 """Deviation [m] of a peak beyond which it says too little, as along a corridor."""
 CLOSURE_SCALE = 30.0
 """Chi squared at which a closure's link begins to lose its weight."""
-
-
-class Ways:
-    """Shortest way [m] through the graph from the newest keyframe to every other, kept up to date as it grows."""
-
-    SLACK = 2.0
-    """A shorter way is only worth a new search when it saves this much [m]."""
-
-    def __init__(self) -> None:
-        self.length = np.zeros(0)
-        self._ends, self._lengths = array("q"), array("d")  # of the edges: two keyframes each, and a length [m]
-        self._graph: csr_matrix | None = None  # of the edges, when they are asked for
-
-    def advance(self, step: float) -> None:
-        """A new keyframe, ``step`` [m] from the one before."""
-        k = len(self.length)
-        if k:
-            self._add(k - 1, k, step)
-        self.length = np.append(self.length + step, 0.0)
-
-    def shortcut(self, keyframe: int, old: int, distance: float) -> None:
-        """The keyframe that the ways start from is linked to an old one ``distance`` [m] away."""
-        self._add(keyframe, old, distance)
-        if self.length[old] > distance + self.SLACK:
-            self.turn_to(keyframe)
-
-    def turn_to(self, keyframe: int, limit: float = np.inf) -> None:
-        """From now on the ways are those from this keyframe; longer ones than ``limit`` [m] are inf."""
-        if self._graph is None:
-            (a, b), n, w = np.array(self._ends).reshape(-1, 2).T, len(self.length), np.array(self._lengths)
-            self._graph = csr_matrix((np.tile(w, 2), (np.append(a, b), np.append(b, a))), shape=(n, n))
-        self.length = dijkstra(self._graph, indices=keyframe, limit=limit)
-
-    def _add(self, a: int, b: int, length: float) -> None:
-        self._graph = None
-        self._ends.extend((a, b))
-        self._lengths.append(max(length, 1e-3))  # a sparse graph takes zero for no edge
 
 
 @dataclass(frozen=True)
@@ -108,6 +69,7 @@ class Loops:
         self.ways = Ways()
         self._pending: list[Closure] = []
         self._vain: dict[tuple[int, int], np.ndarray] = {}  # searches that found nothing: relative pose, and window
+        self._met: dict[int, int] = {}  # the nearest old keyframe that a keyframe is linked to
         self._broken = 0  # first keyframe since the last break
         self.tried = self.found = self.accepted = 0
 
@@ -125,7 +87,8 @@ class Loops:
         old = members[(pairs > 2 * LEAST_PAIRS) & (members < k - self.settings.local_keyframes)]
         if len(old):
             d = np.hypot(*(poses[old] - poses[k])[:, :2].T)
-            self.ways.shortcut(k, int(old[d.argmin()]), float(d.min()))
+            self._met[k] = int(old[d.argmin()])
+            self.ways.shortcut(k, self._met[k], float(d.min()))
 
     def local_members(self) -> np.ndarray:
         """The keyframes of the local map: the newest, and old ones nearby whose place is certain."""
@@ -148,6 +111,8 @@ class Loops:
         for _ in range(ROUNDS):
             self._pending, accepted = [], self.accepted
             for k in range(s.local_keyframes + 1, len(self.keyframes)):
+                if self._meets(k):
+                    continue
                 self.ways.turn_to(k, s.certain / s.drift)
                 if self._among_friends(k):
                     continue
@@ -206,6 +171,11 @@ class Loops:
         first = max(0, k - s.local_keyframes)
         sure = np.flatnonzero(self.ways.length[:first] * s.drift < s.certain)
         return bool((np.hypot(*(poses[sure] - poses[k])[:, :2].T) < 1.0).any())
+
+    def _meets(self, k: int) -> bool:
+        """Whether it is linked to an old keyframe next to it: then it is among friends, and no way need be sought."""
+        poses, old = self.keyframes.poses, self._met.get(k)
+        return old is not None and bool(np.hypot(*(poses[old] - poses[k])[:2]) < 1.0)
 
     def _in_vain(self, k: int, members: np.ndarray, window: np.ndarray) -> bool:
         """Whether the search has been made, from nearly the same pose in a window hardly wider, and found nothing."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from rgcore.geometry import se2
 from rgcore.slam.local import Match
-from rgcore.slam.loops import Closure, Ways, consistent
+from rgcore.slam.loops import Closure, consistent
+from rgcore.slam.ways import Ways
 
 
 def test_the_way_to_an_old_keyframe_grows_until_a_shortcut_is_found() -> None:

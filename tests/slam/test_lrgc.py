@@ -149,6 +149,22 @@ def test_two_rooms_that_look_alike_stay_two() -> None:
     assert error(lrgc(record(np.concatenate(walls), true, seed=3), Slam()).map_from_base, true) < 0.15
 
 
+def test_the_work_of_a_scan_does_not_grow_with_the_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It goes by the keyframes of the local map, and by the searches for closures."""
+    true, members = around(4), []
+    renew = Lrgc._renew_map
+    monkeypatch.setattr(Lrgc, "_renew_map", lambda self: (renew(self), members.append(len(self._members))))
+    log, mapper, tried = record(ring(), true, seed=1), Lrgc(BEARINGS, Slam()), []
+    for k in range(len(log)):
+        mapper.add(log.ranges[k], log.odom_from_laser[k])
+        tried.append(mapper.loops.tried)
+    assert max(members) <= 2 * Slam().local_keyframes
+    half = len(log) // 2
+    assert tried[-1] - tried[half] <= tried[half]
+    mapper.finish()
+    assert mapper.loops.tried - tried[-1] <= tried[half]
+
+
 def test_one_scan_at_a_time_is_the_same_as_a_log() -> None:
     mapper = Lrgc(LOG.bearings, Slam())
     for k in range(len(LOG)):
