@@ -57,6 +57,7 @@ def _lowest_code(values: np.ndarray, declared: float | None) -> tuple[float, lis
     """From which value on a reading is no echo, and the codes found (the top value of each)."""
     known = _KNOWN if declared is None or declared <= 0 else (*_KNOWN, (declared * _SAME, declared / _SAME))
     total, limit, codes = len(values), np.inf, []
+    values = values[~_stray(values, known)]
     while len(values):
         top = float(values.max())
         floor = next((low for low, high in known if low <= top <= high), None)
@@ -69,6 +70,16 @@ def _lowest_code(values: np.ndarray, declared: float | None) -> tuple[float, lis
             codes.append(top)
         values = values[values < (top if floor is None else floor)]
     return limit, codes
+
+
+def _stray(values: np.ndarray, known: tuple[tuple[float, float], ...]) -> np.ndarray:
+    """Mask of absurd values too rare for a code: a log in millimetres has as many as readings, and the search below
+    would take them off one by one."""
+    absurd = values > _ABSURD
+    found, count = np.unique(values[absurd], return_counts=True)
+    announced = np.any([(found >= low) & (found <= high) for low, high in known], axis=0)
+    absurd[absurd] = np.isin(values[absurd], found[(count < _REPEATS) & ~announced])
+    return absurd
 
 
 def _is_peak(values: np.ndarray, top: float, total: int) -> bool:
