@@ -4,7 +4,9 @@ RgError                     one line for a person: what is wrong, where, and the
 ├── InputError              a file that cannot be read: names the file and, where there is one, the line
 ├── SettingError            a setting that does not exist or is out of bounds: names the setting
 ├── EditError               an edit that the map refuses: a sentence that says why
-└── ProjectError            a project folder that cannot be opened or written
+├── ProjectError            a project folder that cannot be opened or written
+└── QueryError              a question to a map about a place that is not there
+    └── NoRoute             no way from one place to another: a sentence that says why
 """
 
 from __future__ import annotations
@@ -35,3 +37,11 @@ class EditError(RgError):
 
 class ProjectError(RgError):
     """A project folder that cannot be opened, locked or written."""
+
+
+class QueryError(RgError):
+    """A question to a map about a place that is not there."""
+
+
+class NoRoute(QueryError):
+    """There is no way from one place to another; the text is a sentence that says why."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 from shapely.geometry import MultiPolygon, Polygon
@@ -109,6 +111,64 @@ def label_place(boundary: Ring, holes: tuple[Ring, ...] = ()) -> tuple[tuple[flo
     if room < 0.75 * radius.length:
         middle, room = shapely.Point(radius.coords[0]), radius.length
     return (float(middle.x), float(middle.y)), float(room)
+
+
+def locate(shapes: Sequence[Polygon], points: np.ndarray) -> np.ndarray:
+    """(N,) index of the first polygon that covers each point (N, 2), its edge included; -1 where none does."""
+    p = np.asarray(points, float).reshape(-1, 2)
+    order = np.argsort(p[:, 0])
+    x, y = np.ascontiguousarray(p[order].T)
+    found = np.full(len(p), -1)
+    for i, shape in enumerate(shapes):
+        shapely.prepare(shape)
+        left, low, right, high = shape.bounds
+        a, b = np.searchsorted(x, left, "left"), np.searchsorted(x, right, "right")
+        k = a + np.flatnonzero((y[a:b] >= low) & (y[a:b] <= high) & (found[a:b] < 0))
+        found[k[shapely.intersects_xy(shape, x[k], y[k])]] = i
+    out = np.empty_like(found)
+    out[order] = found
+    return out
+
+
+def shrink(shape: Polygon, by: float) -> MultiPolygon:
+    """The points of a polygon at least ``by`` [m] from its edge; corners of obstacles stay corners, bevelled."""
+    if by <= 0:
+        return MultiPolygon([shape] if not shape.is_empty else [])
+    return MultiPolygon(_parts(shape.buffer(-by, join_style="mitre", mitre_limit=1.1)))
+
+
+def turns(shapes: MultiPolygon) -> np.ndarray:
+    """(n, 3, 2) the corners about which a way in the polygons can bend: previous, corner, next along the ring."""
+    rings_ = [np.asarray(r.coords)[:-1] for p in _parts(shapes) for r in _left(p)]
+    if not rings_:
+        return np.zeros((0, 3, 2))
+    c = np.concatenate([np.stack([np.roll(r, 1, 0), r, np.roll(r, -1, 0)], 1) for r in rings_])
+    a, b = c[:, 1] - c[:, 0], c[:, 2] - c[:, 1]
+    return c[a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] < -1e-9]
+
+
+def covers(shapes: MultiPolygon | Polygon, ends: np.ndarray, slack: float = 1e-6) -> np.ndarray:
+    """(K,) whether straight pieces (K, 2, 2) lie in the polygons, or leave them by no more than ``slack`` [m]."""
+    room = shapes.buffer(slack, join_style="mitre")
+    shapely.prepare(room)
+    lines = shapely.linestrings(ends)
+    point = (ends[:, 0] == ends[:, 1]).all(1)  # no line, and so covered by nothing
+    return np.where(point, shapely.intersects(room, lines), shapely.covers(room, lines))
+
+
+def nearest(shapes: MultiPolygon | Polygon, points: np.ndarray) -> np.ndarray:
+    """(K, 2) the nearest point in the polygons to each of points (K, 2): itself where it is inside; nan in none."""
+    p = np.asarray(points, float).reshape(-1, 2)
+    if shapes.is_empty:
+        return np.full(p.shape, np.nan)
+    links = shapely.shortest_line(shapes, shapely.points(p))
+    return np.asarray(shapely.get_coordinates(shapely.get_point(links, 0)))
+
+
+def _left(shape: Polygon) -> tuple[shapely.LinearRing, ...]:
+    """The rings of a polygon with its inside to their left."""
+    p = shapely.geometry.polygon.orient(shape)
+    return (p.exterior, *p.interiors)
 
 
 def _parts(shape: shapely.Geometry) -> list[Polygon]:
