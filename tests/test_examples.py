@@ -41,6 +41,13 @@ def test_relabel_by_script(tmp_path: Path) -> None:
     assert "reopened: Entrance, edited by script" in said
 
 
+def test_ask_the_map(tmp_path: Path) -> None:
+    said = run("04_ask_the_map.py", tmp_path)
+    assert "at the start: Hallway 1 (r1, CDMA)" in said
+    assert "waypoints" in said
+    assert "can only be reached from" in said
+
+
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
 def test_an_example_is_a_gallery_page(path: Path) -> None:
     text = path.read_text(encoding="utf-8")

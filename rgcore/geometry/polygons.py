@@ -13,6 +13,9 @@ from rgcore.geometry.grid import Grid
 Ring = tuple[tuple[float, float], ...]
 """A closed ring of points [m], the first not repeated; outlines run counter-clockwise, holes clockwise."""
 
+THIN = 0.01
+"""m on both sides of a line that a way must not cross."""
+
 
 def from_mask(mask: Grid) -> list[Polygon]:
     """Polygons that cover the cells of a mask exactly, largest first, in metres."""
@@ -130,11 +133,16 @@ def locate(shapes: Sequence[Polygon], points: np.ndarray) -> np.ndarray:
     return out
 
 
-def shrink(shape: Polygon, by: float) -> MultiPolygon:
-    """The points of a polygon at least ``by`` [m] from its edge; corners of obstacles stay corners, bevelled."""
-    if by <= 0:
-        return MultiPolygon([shape] if not shape.is_empty else [])
-    return MultiPolygon(_parts(shape.buffer(-by, join_style="mitre", mitre_limit=1.1)))
+def shrink(shape: Polygon, by: float, lines: np.ndarray | None = None) -> MultiPolygon:
+    """The points of a polygon at least ``by`` [m] from its edge and from ``lines`` (K, 2, 2) in it.
+
+    Corners of obstacles stay corners, bevelled.
+    """
+    room = shape.buffer(-by, join_style="mitre", mitre_limit=1.1) if by > 0 else shape
+    if lines is not None and len(lines):
+        walls = shapely.buffer(shapely.linestrings(lines), max(by, THIN), cap_style="square")
+        room = room.difference(shapely.union_all(walls))
+    return MultiPolygon(_parts(room))
 
 
 def turns(shapes: MultiPolygon) -> np.ndarray:

@@ -55,7 +55,8 @@ def _too_narrow(every: list[Gateway], roads: Roads, a: str, b: str) -> str:
 def _too_tight(roads: Roads, start: Stop, goal: Stop) -> str:
     """Wide enough gateways, and no way between two of them: the first such region on the way of a point."""
     shapes = {id: f.shape for id, f in zip(roads.ids, roads.floors, strict=True)}
-    thin = Roads(shapes, {g.id: g for g in roads.gateways}, 0.0).route(start, goal)
+    nothing = dict.fromkeys(roads.ids, np.zeros((0, 2, 2)))
+    thin = Roads(shapes, nothing, roads.gateways, 0.0).route(start, goal)
     if thin is None:
         a, b = roads.ids[start.region], roads.ids[goal.region]
         return f"no way from {a} to {b}: gateway-points between them lie outside of their regions"

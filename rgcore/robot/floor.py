@@ -12,6 +12,9 @@ from rgcore.geometry.polygons import MultiPolygon, Polygon
 DOORSTEP = 0.3
 """m; outlines end somewhere in the thickness of a door's wall: so far from a region a place still belongs to it."""
 
+ALONG = 0.1
+"""m; a line that stays so near to a region's outline is the wall that the outline follows."""
+
 
 @dataclass(frozen=True)
 class Floor:
@@ -26,8 +29,9 @@ class Floor:
     turns: np.ndarray
 
     @classmethod
-    def of(cls, shape: Polygon, width: float) -> Floor:
-        room = polygons.shrink(shape, width / 2)
+    def of(cls, shape: Polygon, lines: np.ndarray, width: float) -> Floor:
+        """``lines`` (L, 2, 2): what stands in the region; those along its outline add nothing and are left out."""
+        room = polygons.shrink(shape, width / 2, lines[~polygons.covers(shape.boundary, lines, ALONG)])
         return cls(shape, room, polygons.turns(room))
 
     def enter(self, points: np.ndarray) -> np.ndarray:

@@ -27,6 +27,8 @@ class Query:
         self._shapes = {r.id: polygons.polygon(r.boundary, r.holes) for r in self._regions}
         self._outlines = list(self._shapes.values())
         self._ends = np.array([(v.start, v.end) for v in map.lines.values()], float).reshape(-1, 2, 2)
+        home = np.array([v.regions[0] if v.regions else "" for v in map.lines.values()], str)
+        self._lines = {id: self._ends[home == id] for id in map.regions}
         self._roads: dict[float, Roads] = {}
 
     def region_of(self, points: np.ndarray) -> np.ndarray:
@@ -62,10 +64,10 @@ class Query:
         return predict(self._ends, np.asarray(pose, float).reshape(1, 3), np.asarray(bearings, float), max_range)[0]
 
     def route(self, start: Place, goal: Place, width: float = 0.0) -> Route:
-        """The shortest way for the middle of a robot of a ``width`` [m], at least half of it from all outlines.
+        """The shortest way for a robot's middle, at least half its ``width`` [m] from all outlines and lines.
 
         Only gateways that are as wide are passed. A region stands for its middle. Where start, goal or a gateway-point
-        are nearer to an outline, the robot comes from there straight to where it has room.
+        are nearer to one, the robot comes from there straight to where it has room.
         NoRoute with a sentence where there is no way; QueryError for a place that is not in the map.
         """
         a, b = self._stop(start, "the start"), self._stop(goal, "the goal")
@@ -89,8 +91,10 @@ class Query:
         ]
 
     def _roads_for(self, width: float) -> Roads:
+        if not 0 <= width < np.inf:
+            raise QueryError(f"the width of a robot must be 0 m or more; it is {width}")
         if width not in self._roads:
-            self._roads[width] = Roads(self._shapes, self.map.gateways, width)
+            self._roads[width] = Roads(self._shapes, self._lines, list(self.map.gateways.values()), width)
         return self._roads[width]
 
     def _stop(self, place: Place, called: str = "the pose") -> Stop:
@@ -100,6 +104,8 @@ class Query:
             middle, _ = polygons.label_place(self._regions[region].boundary, self._regions[region].holes)
             return Stop(np.array(middle), region)
         point = np.asarray(place, float)[:2]
+        if point.shape != (2,) or not np.isfinite(point).all():
+            raise QueryError(f"{called} must be a region, or x, y [m] and maybe an angle; it is {place}")
         region = int(self.region_of(point[None])[0])
         if region < 0:
             region, far = self._nearest(point)

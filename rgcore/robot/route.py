@@ -47,11 +47,14 @@ class Roads:
     crossing-point to that of the next; an opening wider than a door also beside that.
     """
 
-    def __init__(self, shapes: dict[str, Polygon], gateways: dict[str, Gateway], width: float) -> None:
+    def __init__(
+        self, shapes: dict[str, Polygon], lines: dict[str, np.ndarray], gateways: list[Gateway], width: float
+    ) -> None:
+        """``lines``: of each region (L, 2, 2), what stands in it."""
         self.width = width
         self.ids = list(shapes)
-        self.floors = [Floor.of(s, width) for s in shapes.values()]
-        self.gateways = [g for g in gateways.values() if g.width >= width]
+        self.floors = [Floor.of(s, lines[id], width) for id, s in shapes.items()]
+        self.gateways = [g for g in gateways if g.width >= width]
         self._points: list[np.ndarray] = []
         self._pairs: list[np.ndarray] = []
         self._lengths: list[np.ndarray] = []

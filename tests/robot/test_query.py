@@ -79,6 +79,10 @@ def test_a_place_that_is_not_there_is_told() -> None:
         ASKED.gateways_from("Attic")
     with pytest.raises(QueryError, match=r"\(30\.00, 1\.00\) lies in no region; the nearest, r6, is 4\.0 m away"):
         ASKED.objects_in((30.0, 1.0))
+    assert ASKED.why_not((np.nan, 1.0), "r1") == (
+        "the start must be a region, or x, y [m] and maybe an angle; it is (nan, 1.0)"
+    )
+    assert ASKED.why_not("r1", "r2", -1.0) == "the width of a robot must be 0 m or more; it is -1.0"
     assert Query(RGMap()).why_not((0, 0), (1, 1)) == "the start (0.00, 0.00) lies in no region"
 
 

@@ -13,7 +13,7 @@ from shapely import LineString, unary_union
 from shapely.geometry import Point, Polygon
 
 from rgcore.errors import NoRoute
-from rgcore.model.records import RGMap, replace
+from rgcore.model.records import Line, RGMap, replace
 from rgcore.pipeline import Run
 from rgcore.robot.query import Query
 from rgcore.robot.route import Route
@@ -131,6 +131,19 @@ def test_furniture_in_the_way_is_told_with_the_region() -> None:
     check(asked.map, asked.route("r2", "r5", 0.45), 0.45)
     assert asked.why_not("r2", "r5", 0.7) == "in r4 there is no way 0.70 m wide from g3 to g4"
     assert asked.why_not("r2", (15.0, 10.0), 0.7) == "in r4 there is no way 0.70 m wide from g3 to the goal"
+
+
+def test_a_way_keeps_off_the_lines_in_a_region() -> None:
+    """A screen of 2 m in the middle of the office, no hole in its outline; the walls around it are lines as well."""
+    screen = Line(id="l3", start=(3.0, 4.0), end=(3.0, 6.0), regions=("r2",))
+    wall = Line(id="l4", start=(0.0, 8.0), end=(0.0, 2.05), regions=("r2",))
+    asked = Query(replace(ASKED.map, lines={**ASKED.map.lines, "l3": screen, "l4": wall}))
+    for width in (0.0, 0.5):
+        route = asked.route((2.0, 5.0), (4.0, 5.0), width)
+        assert (
+            LineString(route.waypoints).distance(LineString([screen.start, screen.end])) >= max(0.01, width / 2) - 1e-6
+        )
+        assert 2 * np.hypot(1.0, 1.0 + width / 2) <= route.length < 2 * np.hypot(1.0, 1.0 + width / 2) + 0.6
 
 
 def test_a_robot_wider_than_the_room() -> None:
