@@ -45,3 +45,10 @@ class QueryError(RgError):
 
 class NoRoute(QueryError):
     """There is no way from one place to another; the text is a sentence that says why."""
+
+
+def one_line(e: BaseException) -> str:
+    """What an error says, in one line; of the system's errors the file and the reason."""
+    if isinstance(e, OSError) and e.filename is not None:
+        return f"{e.filename}: {e.strerror}"
+    return " ".join(str(e).split())

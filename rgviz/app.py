@@ -18,7 +18,7 @@ import numpy as np
 import viser
 
 from rgcore.config import Config
-from rgcore.errors import InputError, ProjectError, RgError
+from rgcore.errors import InputError, ProjectError
 from rgcore.exports.formats import FORMATS, render
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
@@ -191,8 +191,11 @@ def view(
     project_path: Path | None = None,
     config: Config | None = None,
     token: str | None = None,
-) -> None:
-    """Serve a project, or map a log first, until Ctrl+C. Raises RgError if there is nothing to serve."""
+) -> bool:
+    """Serve a project, or map a log first, until Ctrl+C; False if the log could not be mapped (stderr says why).
+
+    Raises RgError if there is nothing to serve.
+    """
     path = Path(path)
     project = path if path.is_dir() else project_path or Path(path.name.split(".")[0] + ".rg")
     if not path.exists():
@@ -207,16 +210,11 @@ def view(
         sys.stdout.flush()
         if open_browser:
             threading.Thread(target=webbrowser.open, args=(app.url,), daemon=True).start()
-        _wait(app)
+        while app.failure is None or app.views:  # a failure stays on the page as long as somebody looks on
+            time.sleep(0.2)
+        return False
     finally:
         app.stop()
-
-
-def _wait(app: App) -> None:
-    """Until Ctrl+C; or, if the mapping failed, until nobody looks on any more."""
-    while app.failure is None or app.views:
-        time.sleep(0.2)
-    raise RgError(app.failure)
 
 
 def static_folder() -> Path:

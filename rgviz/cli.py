@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rgcore import __version__
-from rgcore.errors import RgError
+from rgcore.errors import RgError, one_line
 
 if TYPE_CHECKING:
     from rgcore.config import Config
@@ -29,19 +29,19 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (RgError, OSError) as e:
         if args.debug:
             raise
-        print(f"rgviz: {_one_line(e)}", file=sys.stderr)
+        print(f"rgviz: {one_line(e)}", file=sys.stderr)
         return 1
     except MemoryError as e:
         if args.debug:
             raise
-        print(f"rgviz: not enough memory ({_one_line(e) or 'none left'}); close other programs", file=sys.stderr)
+        print(f"rgviz: not enough memory ({one_line(e) or 'none left'}); close other programs", file=sys.stderr)
         return 1
     except Exception as e:
         if _by_ctrl_c(e):
             return _stopped()
         if args.debug:
             raise
-        fault = f"{type(e).__name__}: {_one_line(e)}"
+        fault = f"{type(e).__name__}: {one_line(e)}"
         print(f"rgviz: a fault in rgviz: {fault}; run it again with --debug and report what it says", file=sys.stderr)
         return 1
 
@@ -56,12 +56,6 @@ def _by_ctrl_c(e: BaseException | None) -> bool:
     while e is not None and not isinstance(e, KeyboardInterrupt):
         e = e.__cause__ or e.__context__
     return e is not None
-
-
-def _one_line(e: Exception) -> str:
-    if isinstance(e, OSError) and e.filename is not None:
-        return f"{e.filename}: {e.strerror}"
-    return " ".join(str(e).split())
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -146,13 +140,16 @@ def _demo(args: argparse.Namespace) -> None:
 
     project = args.project or Path(platformdirs.user_data_dir("rgviz", appauthor=False)) / "demo.rg"
     project.parent.mkdir(parents=True, exist_ok=True)
-    app.view(LOG, host=args.host, port=args.port, open_browser=not args.no_browser, project_path=project)
+    mapped = app.view(LOG, host=args.host, port=args.port, open_browser=not args.no_browser, project_path=project)
+    sys.exit(0 if mapped else 1)
 
 
 def _view(args: argparse.Namespace) -> None:
     from rgviz import app
 
-    app.view(args.path, host=args.host, port=args.port, open_browser=not args.no_browser, config=_load_config(args))
+    config = _load_config(args)
+    mapped = app.view(args.path, host=args.host, port=args.port, open_browser=not args.no_browser, config=config)
+    sys.exit(0 if mapped else 1)
 
 
 def _run(args: argparse.Namespace) -> None:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from rgcore.config import Config
-from rgcore.errors import RgError
+from rgcore.errors import RgError, one_line
 from rgcore.model.records import Box2, Line, Region, RGMap
 from rgcore.progress import Progress
 
@@ -103,12 +103,12 @@ def _work(log: Path, project: Path, config: Config, pipe: Connection) -> None:
         _map(log, project, config, pipe)
         pipe.send(Finished())
     except (RgError, OSError) as e:
-        pipe.send(Finished(_one_line(e)))
+        pipe.send(Finished(one_line(e)))
     except Exception as e:
         import traceback
 
         traceback.print_exc()
-        pipe.send(Finished(f"mapping {log.name} failed: {type(e).__name__}: {_one_line(e)}"))
+        pipe.send(Finished(f"mapping {log.name} failed: {type(e).__name__}: {one_line(e)}"))
 
 
 def _end_with_parent(pipe: Connection) -> None:
@@ -195,9 +195,3 @@ def _lines(lines: Any) -> dict[str, Line]:
         regions = (f"r{region + 1}",) if region >= 0 else ()
         out[f"l{n}"] = Line(id=f"l{n}", start=tuple(ends[0]), end=tuple(ends[1]), regions=regions)
     return out
-
-
-def _one_line(e: BaseException) -> str:
-    if isinstance(e, OSError) and e.filename is not None:
-        return f"{e.filename}: {e.strerror}"
-    return " ".join(str(e).split())

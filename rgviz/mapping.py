@@ -1,4 +1,4 @@
-"""A log becomes a project, or a new run of one that is there: the same way from the terminal and the browser."""
+"""A log becomes a project, or a new run of one that is there; edits are kept and stage results reused."""
 
 from __future__ import annotations
 
