@@ -15,6 +15,9 @@ DOORSTEP = 0.3
 ALONG = 0.1
 """m; a line that stays so near to a region's outline is the wall that the outline follows."""
 
+PAIRS = 200_000
+"""Nodes are compared so many pairs at a time: bounds the memory in a region full of clutter."""
+
 
 @dataclass(frozen=True)
 class Floor:
@@ -54,7 +57,14 @@ class Floor:
         shortest way and left out.
         """
         n, count = len(self.turns), len(self.turns) + len(points)
-        return self._see(np.concatenate([self.turns[:, 1], points]), np.stack(np.triu_indices(count, 1), 1), n)
+        nodes = np.concatenate([self.turns[:, 1], points])
+        found, lengths = [np.zeros((0, 2), np.int64)], [np.zeros(0)]
+        for rows in np.array_split(np.arange(count), 1 + count * count // PAIRS):
+            i, j = np.meshgrid(rows, np.arange(count), indexing="ij")
+            pairs, far = self._see(nodes, np.stack([i[i < j], j[i < j]], 1), n)
+            found.append(pairs)
+            lengths.append(far)
+        return np.concatenate(found), np.concatenate(lengths)
 
     def ways_from(self, points: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """As ``ways``, only those from ``points`` (K, 2): nodes are the turns, then ``others``, then ``points``."""
