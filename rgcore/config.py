@@ -161,6 +161,7 @@ class Places(Settings, frozen=True):
     no_echo_reach: Annotated[
         float, setting("m", "a beam without an echo is free that far; glass and black walls give none", ge=0, le=200)
     ] = 1.0
+    widest_door: Annotated[float, setting("m", "a usual double door; what is wider is an opening", gt=0, le=20)] = 2.0
 
 
 class Classes(Settings, frozen=True):

@@ -83,6 +83,7 @@ def test_every_door_is_found_and_nothing_else(office: Run, truth: dict[str, Any]
     assert len(mine) - len(pairs) <= 1
     width = [abs(mine[j].width - truth["gateways"][i]["width"]) for i, j in pairs]
     assert np.median(width) < 0.10
+    assert [mine[j].class_ for _, j in pairs] == [truth["gateways"][i]["class"] for i, _ in pairs]
 
 
 def test_each_gateway_leads_from_one_region_to_another(office: Run) -> None:

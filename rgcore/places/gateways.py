@@ -27,8 +27,11 @@ def find_gateways(
         if min(front, back) >= 0 and front != back:
             a, b = labels.centers(found.posts[k])
             u = (b - a) / np.hypot(*(b - a))
-            class_ = {"door": "narrow_passage", "opening": "opening"}.get(KINDS[int(found.kind[k])])
-            class_ = class_ or _junction(labels, (a + b) / 2, u, float(np.hypot(*(b - a))))
+            width = float(np.hypot(*(b - a)))
+            if KINDS[int(found.kind[k])] == "junction":
+                class_ = _junction(labels, (a + b) / 2, u, width)
+            else:
+                class_ = "narrow_passage" if width <= settings.widest_door else "opening"
             known.append(describe(a, b, (front, back), class_, float(found.score[k]), positions, settings))
     last = len(positions)
     return tuple(sorted(known, key=lambda g: (g.first_scan if g.first_scan >= 0 else last, g.posts)))
