@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rgcore.geometry import polygons
 from rgcore.geometry.grid import Grid, fill_polygons
