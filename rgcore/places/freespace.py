@@ -56,24 +56,22 @@ def free_space(log: ScanLog, trajectory: Trajectory, settings: Settings) -> Free
     ``settings.no_echo_reach`` (a laser with a short range: nearly as far as that), but only where its neighbours have
     none either: single ones are drop-outs. Raises RgError if the raster would take more than ``MOST_CELLS``.
     """
-    reach, ends = _reaches(log, settings)
+    reach, ends = reaches(log.ranges, log.max_range, settings)
     poses = trajectory.map_from_laser
-    xy = poses[:, None, :2]
-    angle = poses[:, None, 2] + log.bearings[None]
-    tips = xy + reach[..., None] * np.stack([np.cos(angle), np.sin(angle)], -1)
+    tips = tips_of(poses, log.bearings, reach)
     used = reach > 0
     corners = np.concatenate([tips[used], poses[:, :2]])
     res = settings.resolution
     low = np.floor(corners.min(0) / res) - MARGIN
     width, height = (np.ceil(corners.max(0) / res) - low + MARGIN).astype(int)
     if int(width) * int(height) > MOST_CELLS:
-        raise RgError(_too_large(width * res, height * res, settings))
+        raise RgError(too_large(width * res, height * res, settings))
     counts = np.zeros((2, height, width), np.int32)
-    _cast(poses[:, :2] / res - low, tips / res - low, used, ends, counts)
+    cast(poses[:, :2] / res - low, tips / res - low, used, ends, counts, 1)
     return FreeSpace(counts[0], counts[1], low * res, res)
 
 
-def _too_large(width: float, height: float, settings: Settings) -> str:
+def too_large(width: float, height: float, settings: Settings) -> str:
     """What to tell of a map of so many metres."""
     coarsest = 0.5
     needed = math.sqrt(width * height / MOST_CELLS)
@@ -84,10 +82,16 @@ def _too_large(width: float, height: float, settings: Settings) -> str:
     return f"{text}; look for jumps in the log's odometry, or give places.resolution={min(coarser, coarsest):g}"
 
 
-def _reaches(log: ScanLog, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+def tips_of(poses: np.ndarray, bearings: np.ndarray, reach: np.ndarray) -> np.ndarray:
+    """(N, B, 2) where beams end that come as far as ``reach`` (N, B) from ``poses`` (N, 3)."""
+    angle = poses[:, None, 2] + bearings[None]
+    return poses[:, None, :2] + reach[..., None] * np.stack([np.cos(angle), np.sin(angle)], -1)
+
+
+def reaches(ranges: np.ndarray, max_range: float, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     """How far each beam is known to be free (N, B), 0 where nothing is known; and whether it ends in an echo (N, B)."""
-    limit = min(log.max_range, settings.max_range)
-    r = np.where(log.ranges > 0, log.ranges, np.nan)
+    limit = min(max_range, settings.max_range)
+    r = np.where(ranges > 0, ranges, np.nan)
     echo = r < limit
     lost = np.isinf(r)
     group = lost.copy()
@@ -102,8 +106,11 @@ def _reaches(log: ScanLog, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
 
 
 @kernel
-def _cast(starts: np.ndarray, tips: np.ndarray, used: np.ndarray, ends: np.ndarray, counts: np.ndarray) -> None:
-    """Step along each beam, one cell of its longer axis at a time; coordinates are in cells."""
+def cast(starts, tips, used, ends, counts, weight):  # type: ignore[no-untyped-def]
+    """Step along each beam, one cell of its longer axis at a time, and add ``weight``; coordinates are in cells.
+
+    With a weight of -1 it takes back what was cast before, exactly.
+    """
     n, beams = used.shape
     for i in range(n):
         sx, sy = starts[i, 0], starts[i, 1]
@@ -122,7 +129,7 @@ def _cast(starts: np.ndarray, tips: np.ndarray, used: np.ndarray, ends: np.ndarr
                 if cx == ix and cy == iy:
                     break
                 if cx != px or cy != py:
-                    counts[1, cy, cx] += 1
+                    counts[1, cy, cx] += weight
                     px, py = cx, cy
             if ends[i, j]:
-                counts[0, iy, ix] += 1
+                counts[0, iy, ix] += weight
