@@ -53,20 +53,17 @@ class Run:
     seconds: dict[str, float] = field(default_factory=dict)
 
 
-Front = tuple[Segments, Trajectory]
-
-
 def run(
     log: ScanLog,
     config: Config | None = None,
     cache: Cache | None = None,
     watch: Watcher = silent,
-    front: Front | None = None,
+    known: Trajectory | None = None,
 ) -> Run:
     """Map a log. With a cache, a stage whose settings and inputs are unchanged is read instead of computed.
 
-    ``front``: the segments and final poses of this log under these settings, where they have been made scan by scan
-    (:class:`rgcore.online.Mapper`); they are taken for the first two stages.
+    ``known``: the final poses of this log under these settings, where they have been estimated scan by scan
+    already (:class:`rgcore.online.Mapper`).
 
     Raises InputError for a log without a single usable echo, RgError for a map too large for its raster.
     """
@@ -76,8 +73,8 @@ def run(
         raise InputError(log.source or "the log", f"{nothing}; check the unit of its readings (metres)")
     stages = _Stages(log, c, cache or Cache(None), watch)
 
-    segments = stages("extract", lambda: front[0] if front else extract(log, c.extract), c.extract)
-    trajectory = stages("slam", lambda: front[1] if front else lrgc(log, c.slam, watch), c.slam)
+    segments = stages("extract", lambda: extract(log, c.extract), c.extract)
+    trajectory = stages("slam", lambda: lrgc(log, c.slam, watch) if known is None else known, c.slam)
     free = stages("freespace", lambda: free_space(log, trajectory, c.places), c.places, "slam")
     found = stages("places", lambda: find_places(free, log, trajectory, segments, c.places), "freespace", "extract")
     regions = region_of_segments(segments, trajectory, found)
