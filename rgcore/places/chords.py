@@ -52,8 +52,11 @@ class Chords(Evidence):
         return frozenset({"offsets"})
 
 
-def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chords:
-    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening."""
+def find_chords(free: np.ndarray, resolution: float, settings: Settings, where: np.ndarray | None = None) -> Chords:
+    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening.
+
+    With a mask ``where`` (H, W) only those near the medial axis within it.
+    """
     distance, nearest = clearance(free)
     low, high = 0.5 * settings.min_gateway / resolution, 0.5 * settings.max_gateway / resolution
     posts = []
@@ -65,6 +68,8 @@ def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chor
         y, x = np.nonzero((d > low) & (d < high))
         a, b = nearest[here][y, x], nearest[there][y, x]
         keep = np.hypot(*(a - b).T) > 2 * OPPOSITE * d[y, x]
+        if where is not None:
+            keep &= where[y, x]
         posts.append(np.stack([a[keep], b[keep]], 1))
     pairs = _unique(np.concatenate(posts))
     turned = [in_line(free, p, resolution) for p in (pairs, pairs[:, ::-1])]
