@@ -19,7 +19,7 @@ import viser
 
 from rgcore.config import Config
 from rgcore.errors import InputError, ProjectError
-from rgcore.exports.formats import FORMATS, render
+from rgcore.exports.formats import FORMATS, archived
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 from rgviz import facts, status, theme
@@ -179,7 +179,9 @@ class App:
     def _export(self, ending: str, _query: dict[str, str]) -> File:
         """A download, on a worker thread of the server: the map of this moment is a value, so no edit disturbs it."""
         project = self.opened.project
-        body = render(ending, project.map, project.trajectory)
+        body, packed = archived(ending, project.map, project.trajectory, stem=self._name)
+        if packed:
+            return File(body, "application/zip", f"{self._name}{ending}.zip")
         return File(body, FORMATS[ending].media_type, f"{self._name}{ending}")
 
 

@@ -216,7 +216,8 @@ def _export(args: argparse.Namespace) -> None:
     from rgcore.model.project import Project
 
     with Project.open(args.project) as project:
-        export(args.out, project.map, project.trajectory, wall_height=args.wall_height)
+        lost = export(args.out, project.map, project.trajectory, wall_height=args.wall_height)
+    _tell(args.out, [f"not in this format: {what}" for what in lost])
     print(args.out)
 
 

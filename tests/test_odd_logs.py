@@ -31,7 +31,7 @@ def exported(made: Run) -> str:
     """The map as JSON, which all formats can be made of."""
     for ending in FORMATS:
         assert render(ending, made.map, made.trajectory)
-    return rgjson.render(made.map, made.trajectory, None).decode()  # type: ignore[arg-type]
+    return rgjson.render(made.map, made.trajectory, None).data.decode()  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("scans", [1, 2, 3])

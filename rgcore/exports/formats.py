@@ -1,26 +1,31 @@
 """The formats that a map is written to, by the ending of the file.
 
-To add one, write a module with ``render(map, trajectory, options) -> bytes`` and add a row to ``FORMATS``.
+To add one, write a module with ``render(map, trajectory, options) -> Exported`` and add a row to ``FORMATS``.
 """
 
 from __future__ import annotations
 
+import io
+import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rgcore.errors import RgError
 from rgcore.exports import gltf, rgjson, svg, tum
-from rgcore.exports.options import Options
+from rgcore.exports.options import Exported, Options
 from rgcore.model.disk import replace_file
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
 
-Render = Callable[[RGMap, "Trajectory | None", Options], bytes]
+Render = Callable[[RGMap, "Trajectory | None", Options], Exported]
+
+_BOUNDS = {"wall_height": (0.01, 100.0), "resolution": (0.01, 1.0)}  # m
 
 
 class Format(NamedTuple):
-    """``title`` for menus, ``media_type`` for downloads, ``render`` gives the bytes of the file."""
+    """``title`` for menus, ``media_type`` for downloads, ``render`` gives the file and those beside it."""
 
     title: str
     media_type: str
@@ -33,34 +38,67 @@ FORMATS: dict[str, Format] = {
     ".svg": Format("Drawing (SVG)", "image/svg+xml", svg.render),
     ".tum": Format("Trajectory (TUM)", "text/plain", tum.render),
 }
-"""By ending, in the order in which menus show them."""
+"""By ending, in the order in which menus show them. An ending may have two parts (``.route.geojson``)."""
 
 
-def render(ending: str, map: RGMap, trajectory: Trajectory | None = None, *, wall_height: float = 2.5) -> bytes:
-    """The map in the format of an ending such as ``.glb``.
+def ending_of(name: str) -> str:
+    """The ending of a file's name that a format goes by: the longest that is known, else its last suffix."""
+    known = [e for e in FORMATS if name.lower().endswith(e) and len(name) > len(e)]
+    return max(known, key=len, default=Path(name).suffix.lower())
 
-    wall_height: m, how high lines are extruded where the format has a height. Raises RgError for an unknown ending, a
-    setting out of bounds, or where the format needs a trajectory and there is none.
+
+def exported(ending: str, map: RGMap, trajectory: Trajectory | None = None, **options: Any) -> Exported:
+    """The map in the format of an ending such as ``.glb``; ``options`` are those of :class:`Options`.
+
+    Raises RgError for an unknown ending, a setting out of bounds, or where the format needs a trajectory and there is
+    none.
     """
     found = FORMATS.get(ending.lower())
     if found is None:
         raise RgError(f"no export format {ending or '(no ending)'}; known endings: {' '.join(FORMATS)}")
-    if not 0.01 <= wall_height <= 100:
-        raise RgError(f"wall height {wall_height:g} m: must lie between 0.01 and 100 m")
-    return found.render(map, trajectory, Options(wall_height=wall_height))
+    asked = replace(Options(), **options)
+    for name, (least, most) in _BOUNDS.items():
+        value = getattr(asked, name)
+        if not least <= value <= most:
+            raise RgError(f"{name.replace('_', ' ')} {value:g} m: must lie between {least:g} and {most:g} m")
+    return found.render(map, trajectory, asked)
 
 
-def export(path: str | Path, map: RGMap, trajectory: Trajectory | None = None, *, wall_height: float = 2.5) -> None:
-    """Write the map to a file; its ending names the format. The file is there whole or not at all.
+def render(ending: str, map: RGMap, trajectory: Trajectory | None = None, **options: Any) -> bytes:
+    """The file alone of :func:`exported`."""
+    return exported(ending, map, trajectory, **options).data
 
-    Raises RgError as :func:`render` does, and where the file cannot be written.
+
+def archived(ending: str, map: RGMap, trajectory: Trajectory | None = None, **options: Any) -> tuple[bytes, bool]:
+    """What a browser downloads: the file, or a ZIP of it and those beside it (then True)."""
+    out = exported(ending, map, trajectory, **options)
+    if not out.beside:
+        return out.data, False
+    stem = options.get("stem", Options.stem)
+    pack = io.BytesIO()
+    with zipfile.ZipFile(pack, "w", zipfile.ZIP_DEFLATED) as z:
+        for name, data in {ending: out.data, **out.beside}.items():
+            z.writestr(zipfile.ZipInfo(stem + name), data)
+    return pack.getvalue(), True
+
+
+def export(path: str | Path, map: RGMap, trajectory: Trajectory | None = None, **options: Any) -> tuple[str, ...]:
+    """Write the map to a file, and those that belong to it beside it; the ending names the format.
+
+    What the format could not carry comes back, a sentence each. Each file is there whole or not at all. Raises RgError
+    as :func:`exported` does, and where a file cannot be written.
     """
     path = Path(path)
+    ending = ending_of(path.name)
+    stem = path.name[: len(path.name) - len(ending)]
     try:
-        data = render(path.suffix, map, trajectory, wall_height=wall_height)
+        out = exported(ending, map, trajectory, **{"stem": stem, **options})
     except RgError as e:
         raise RgError(f"{path}: {e}") from e
-    try:
-        replace_file(path, data)
-    except OSError as e:
-        raise RgError(f"{path}: cannot be written: {e.strerror or e}") from e
+    beside = {path.with_name(stem + name): data for name, data in out.beside.items()}
+    for target, data in {**beside, path: out.data}.items():  # the file last: who finds it finds what it names
+        try:
+            replace_file(target, data)
+        except OSError as e:
+            raise RgError(f"{target}: cannot be written: {e.strerror or e}") from e
+    return out.lost

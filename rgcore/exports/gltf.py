@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rgcore.exports.options import Options
+from rgcore.exports.options import Exported, Options
 from rgcore.exports.palette import GATEWAY, OBJECT, RGB, as_hex, class_color
 from rgcore.exports.rgjson import FORMAT, VERSION
 from rgcore.geometry.polygons import triangulate
@@ -29,7 +29,7 @@ _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """x stays, z becomes y, y becomes -z."""
 
 
-def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes:
+def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Exported:
     """The map as GLB; lines are extruded to ``options.wall_height``."""
     import trimesh
     from trimesh.exchange.gltf import export_glb
@@ -50,7 +50,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes
     for o in _ordered(map.objects):
         _add(scene, f"object {o.id}", "objects", _UNIT_BOX, OBJECT, _about_object(o), _placed(o))
     data: bytes = export_glb(scene)  # scene.export refuses a map that is still empty
-    return data
+    return Exported(data)
 
 
 Mesh = tuple[np.ndarray, np.ndarray]

@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 
 from rgcore.errors import InputError
-from rgcore.exports.options import Options
+from rgcore.exports.options import Exported, Options
 from rgcore.model.base import natural
 from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, Source, Stats
 from rgcore.slam.trajectory import Trajectory
@@ -44,7 +44,7 @@ def schema() -> dict[str, Any]:
     return out
 
 
-def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes:
+def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Exported:
     """The map as JSON."""
     tree: dict[str, Any] = _tree(map)
     parts = []
@@ -55,7 +55,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes
             parts.append(f'"{key}": [\n{rows}\n]')
         else:
             parts.append(f'"{key}": {_line(value)}')
-    return ("{\n" + ",\n".join(parts) + "\n}\n").encode()
+    return Exported(("{\n" + ",\n".join(parts) + "\n}\n").encode())
 
 
 def read_json(source: bytes | str | Path) -> RGMap:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from rgcore.exports.options import Options
+from rgcore.exports.options import Exported, Options
 from rgcore.exports.palette import GATEWAY, OBJECT, as_hex, class_color
 from rgcore.exports.svg_legend import legend
 from rgcore.exports.svg_sheet import INK, PALE, PAPER, Sheet, layer, n, quoted, text, xy
@@ -26,8 +26,10 @@ _HALO = (
     'pointer-events="none"'
 )
 
+_LOST = ("heights, class scores, confidence, crossing-points and gateway-points, who made what",)
 
-def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes:
+
+def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Exported:
     """The map as SVG."""
     sheet = _sheet(map)
     x, y = sheet.low[0] - sheet.margin, -sheet.high[1] - sheet.margin
@@ -49,7 +51,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> bytes
         *below,
         "</svg>\n",
     ]
-    return "\n".join(parts).encode()
+    return Exported("\n".join(parts).encode(), lost=_LOST)
 
 
 def _sheet(map: RGMap) -> Sheet:
