@@ -14,6 +14,10 @@ WITNESSES = 3
 """Newest keyframes that a doubtful scan is compared with."""
 DOUBT = 0.9
 """Scans agree less than this where somebody walks by, or where the registration failed: worth a search."""
+LEAST_RESPONSE = 0.2
+"""A scan after a turn shows mostly what is new: little of it lies on the local map. The scans' agreement decides, so
+that the search may ask for less than a loop closure must.
+"""
 
 
 def motion_deviation(moved: np.ndarray, noise: float) -> np.ndarray:
@@ -45,7 +49,7 @@ def track(
         if field is None or belief >= DOUBT:
             break
         window = np.append(s.reach + 3.0 * deviation[:2], turn)
-        peak = correlate(scan.points, field, guess, window, s.least_response, rival)
+        peak = correlate(scan.points, field, guess, window, LEAST_RESPONSE, rival)
         if peak is not None:
             again = register(scan, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, s.reach)
             better = _believed(frames, scan, ranges, again.pose)
