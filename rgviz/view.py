@@ -10,7 +10,8 @@ import viser
 import viser._messages
 
 from rgcore.errors import EditError, RgError
-from rgcore.model.edits import Edit, object_from_lines
+from rgcore.model.draft import object_from_lines
+from rgcore.model.edits import Edit
 from rgcore.model.records import MapObject, RGMap
 from rgviz import highlight, theme, tools
 from rgviz.bridge import Bridge, Commit, FromBrowser

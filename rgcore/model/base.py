@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from rgcore.model.history import KINDS
-from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, Source, Stats
+from rgcore.model.records import Gateway, Ignored, Line, MapObject, Note, Region, RGMap, Source, Stats
 
 VERSION = 1
 
@@ -21,6 +21,8 @@ class _Base(msgspec.Struct, kw_only=True):
     regions: list[Region]
     gateways: list[Gateway]
     objects: list[MapObject]
+    notes: list[Note] = []
+    ignored: list[Ignored] = []
 
 
 def natural(id: str) -> tuple[str, int, str]:

@@ -1,91 +1,70 @@
-"""Lint: what looks wrong in a map, found by rules that a person can follow."""
+"""What holds in every map, whatever edits were made: no name of a thing that is not there, no shape that is none."""
 
 from __future__ import annotations
 
-from collections import Counter
+import math
+from collections.abc import Collection, Iterator
 
-from rgcore.model.records import Record, Region, RGMap
+from rgcore.geometry import cutting
+from rgcore.model.records import Gateway, RGMap
 
-
-class Finding(Record, frozen=True, kw_only=True):
-    """``rule`` that found it, ``item`` the id of what it is about, ``text`` a sentence."""
-
-    rule: str
-    item: str
-    text: str
+KINDS = ("lines", "regions", "gateways", "objects", "notes", "ignored")
 
 
-def check(map: RGMap) -> list[Finding]:
-    """All findings, rule by rule, in the order of the items."""
-    return [*_gateways(map), *_unreachable(map), *_names(map)]
+def broken(map: RGMap) -> list[str]:
+    """What is wrong with a map, a sentence each; nothing in any that edits made of a sound one."""
+    return [*_names(map), *_shapes(map), *_gateways(map)]
 
 
-def _gateways(map: RGMap) -> list[Finding]:
-    """A gateway joins two regions (a junction any number); none names a region that is not there."""
-    out = []
+def _names(map: RGMap) -> Iterator[str]:
+    ids = {id for kind in KINDS for id in getattr(map, kind)}
+    for kind in KINDS:
+        yield from (f"{id} stands under another name" for id, v in getattr(map, kind).items() if v.id != id)
+    named: list[tuple[str, tuple[str, ...], Collection[str]]]
+    named = [(v.id, v.regions, map.regions) for v in map.lines.values()]
+    named += [(g.id, g.regions, map.regions) for g in map.gateways.values()]
+    named += [(o.id, o.lines, map.lines) for o in map.objects.values()]
+    named += [(o.id, (o.region,), map.regions) for o in map.objects.values() if o.region is not None]
+    for id, names, table in named:
+        yield from (f"{id} names {name}, which is not in the map" for name in names if name not in table)
+        if len(set(names)) < len(names):
+            yield f"{id} names one thing twice"
+    for n in map.notes.values():
+        if n.item is not None and n.item not in ids:
+            yield f"{n.id} is on {n.item}, which is not in the map"
+    for f in map.ignored.values():
+        yield from (f"{f.id} names {name}, which is not in the map" for name in f.items if name not in ids)
+
+
+def _shapes(map: RGMap) -> Iterator[str]:
+    for r in map.regions.values():
+        reason = cutting.fault(r.boundary, r.holes)
+        if reason is not None:
+            yield f"the outline of {r.id} {reason}"
+        (x, y), size = r.box.center, r.box.size
+        if not all(math.isfinite(value) for value in (x, y, *size, r.box.yaw, *r.axes)):
+            yield f"the box or axes of {r.id} are no numbers"
+        if not all(0 <= a < math.pi for a in r.axes) or not r.name:
+            yield f"{r.id} has no name, or an axis beyond half a turn"
+    for v in map.lines.values():
+        if math.dist(v.start, v.end) < 1e-3:
+            yield f"{v.id} has no length"
+    for o in map.objects.values():
+        if min(o.size) <= 0:
+            yield f"{o.id} has no extent"
+
+
+def _gateways(map: RGMap) -> Iterator[str]:
     for g in map.gateways.values():
-        joined = [r for r in dict.fromkeys(g.regions) if r in map.regions]
-        gone = [r for r in g.regions if r not in map.regions]
-        if gone:
-            text = f"{g.id} names {', '.join(gone)}, which is not in the map"
-        elif len(joined) != 2 and not g.class_.startswith("junction_"):
-            text = f"{g.id} ({g.class_}) joins {len(joined)} region{'s' * (len(joined) != 1)} instead of 2"
-        elif not joined:
-            text = f"{g.id} ({g.class_}) belongs to no region"
-        else:
-            continue
-        out.append(Finding(rule="gateway-regions", item=g.id, text=text))
-    return out
+        if not g.regions:
+            yield f"{g.id} belongs to no region"
+        if len(g.gateway_points) != len(g.regions):
+            yield f"{g.id} has {len(g.gateway_points)} gateway-points for {len(g.regions)} regions"
+        yield from _crossing(g)
 
 
-def _unreachable(map: RGMap) -> list[Finding]:
-    """Regions that no chain of gateways joins to the largest part of the map."""
-    parts = _parts(map)
-    if len(parts) < 2:
-        return []
-    main = max(parts, key=len)
-    return [
-        Finding(
-            rule="unreachable",
-            item=id,
-            text=f"{_called(map.regions[id])} cannot be reached from the rest",
-        )
-        for id in map.regions
-        if id not in main
-    ]
-
-
-def _parts(map: RGMap) -> list[set[str]]:
-    """Sets of regions that gateways join, in the order of their first region."""
-    neighbours: dict[str, set[str]] = {id: set() for id in map.regions}
-    for g in map.gateways.values():
-        here = [r for r in g.regions if r in neighbours]
-        for r in here:
-            neighbours[r].update(here)
-    parts: list[set[str]] = []
-    seen: set[str] = set()
-    for start in map.regions:
-        if start in seen:
-            continue
-        part, todo = {start}, [start]
-        while todo:
-            new = neighbours[todo.pop()] - part
-            part |= new
-            todo += new
-        seen |= part
-        parts.append(part)
-    return parts
-
-
-def _names(map: RGMap) -> list[Finding]:
-    """Two regions of one name, whatever the case of its letters."""
-    count = Counter(r.name.casefold() for r in map.regions.values() if r.name)
-    return [
-        Finding(rule="duplicate-name", item=r.id, text=f"{r.id} shares its name, {r.name}, with another region")
-        for r in map.regions.values()
-        if count[r.name.casefold()] > 1
-    ]
-
-
-def _called(region: Region) -> str:
-    return f"{region.id} ({region.name})" if region.name else region.id
+def _crossing(g: Gateway) -> Iterator[str]:
+    if math.dist(*g.posts) < 1e-3:
+        yield f"the posts of {g.id} are one"
+    if not g.crossing_points:
+        yield f"{g.id} is crossed nowhere"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import Any, TypeVar
 
 import msgspec
@@ -9,7 +10,7 @@ import numpy as np
 
 from rgcore.errors import EditError
 from rgcore.model.fields import refusal
-from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, replace, rounded
+from rgcore.model.records import Gateway, Line, MapObject, Note, Region, RGMap, replace, rounded
 
 E = TypeVar("E", bound="Edit")
 T = TypeVar("T")
@@ -18,9 +19,16 @@ T = TypeVar("T")
 class Edit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True, tag_field="edit"):
     """Base of all edits: subclasses give ``change`` and ``title``."""
 
-    def apply(self, map: RGMap) -> RGMap:
-        """The map with this edit. Raises EditError with a sentence if a value is out of bounds or the map refuses."""
-        return self.checked().change(map)
+    def apply(self, map: RGMap, base: RGMap | None = None) -> RGMap:
+        """The map with this edit. Raises EditError with a sentence if a value is out of bounds or the map refuses.
+
+        ``base``: the automatic map that ``map`` was folded from; only an edit that goes back to it looks there.
+        """
+        return self.checked().change_from(map, map if base is None else base)
+
+    def change_from(self, map: RGMap, base: RGMap) -> RGMap:
+        """``change``, for the few edits that look at the automatic map as well."""
+        return self.change(map)
 
     def checked(self: E) -> E:
         """The same edit as the journal will give it back: values within their bounds, numbers as the document has them.
@@ -75,15 +83,51 @@ def the_object(map: RGMap, id: str) -> MapObject:
     return _the(map.objects, "object", id)
 
 
+def the_note(map: RGMap, id: str) -> Note:
+    return _the(map.notes, "note", id)
+
+
+def must_be_new(map: RGMap, kind: str, id: str) -> None:
+    """Raises EditError if the map has an item of a kind with this id already."""
+    if id in getattr(map, kind):
+        raise EditError(f"there is already {'an' if kind == 'objects' else 'a'} {kind[:-1]} {id} in this map")
+
+
 def put(map: RGMap, kind: str, item: Any) -> RGMap:
     """The map with one item set; the same map if it is so already."""
     items = getattr(map, kind)
     return map if items.get(item.id) == item else replace(map, **{kind: {**items, item.id: item}})
 
 
-def drop(map: RGMap, kind: str, id: str) -> RGMap:
-    """The map without one item."""
-    return replace(map, **{kind: {k: v for k, v in getattr(map, kind).items() if k != id}})
+def put_all(map: RGMap, kind: str, items: Iterable[Any]) -> RGMap:
+    """The map with several items of a kind set; those that are so already stay the same objects."""
+    old = getattr(map, kind)
+    new = {item.id: item for item in items if old.get(item.id) != item}
+    return replace(map, **{kind: {**old, **new}}) if new else map
+
+
+def drop(map: RGMap, kind: str, *ids: str) -> RGMap:
+    """The map without items of a kind. A note on one stays at its place; what was ignored about one is forgotten."""
+    map = replace(map, **{kind: {k: v for k, v in getattr(map, kind).items() if k not in ids}})
+    map = put_all(map, "notes", (replace(n, item=None) for n in map.notes.values() if n.item in ids))
+    if any(set(ids) & set(f.items) for f in map.ignored.values()):
+        map = replace(map, ignored={k: f for k, f in map.ignored.items() if not set(ids) & set(f.items)})
+    return map
+
+
+def kind_of(map: RGMap, id: str) -> str:
+    """The table of the map that holds an item: "lines", "regions", ... Raises EditError if none does."""
+    for kind in ("regions", "gateways", "lines", "objects", "notes"):
+        if id in getattr(map, kind):
+            return kind
+    raise EditError(f"there is no {id} in this map")
+
+
+def several(ids: Sequence[str], word: str) -> str:
+    """Some ids in a title: all of up to three, else their number."""
+    if len(ids) > 3:
+        return f"{len(ids)} {word}"
+    return " and ".join(filter(None, [", ".join(ids[:-1]), ids[-1]]))
 
 
 def _the(items: dict[str, T], word: str, id: str) -> T:

@@ -35,10 +35,34 @@ GatewayId = Annotated[str, _id("must be the id of a gateway", "gateways")]
 LineId = Annotated[str, _id("must be the id of a line", "lines")]
 LineIds = Annotated[tuple[LineId, ...], Meta(min_length=1, max_length=1000, description="must name 1 to 1000 lines")]
 ObjectId = Annotated[str, _id("must be the id of an object", "objects")]
-NewObjectId = Annotated[str, Meta(pattern=r"^ou[0-9a-f]{8}\Z", description="must be a new id like ou3f9c02aa")]
+AnyId = Annotated[str, _id("must be the id of an item", "any")]
+RegionIds = Annotated[tuple[RegionId, ...], Meta(max_length=16, description="must name at most 16 regions")]
+SomeRegions = Annotated[
+    tuple[RegionId, ...], Meta(min_length=2, max_length=64, description="must name 2 to 64 regions")
+]
+AnyIds = Annotated[tuple[AnyId, ...], Meta(min_length=1, max_length=10000, description="must name 1 to 10000 items")]
+
+
+def _new(prefix: str) -> Meta:
+    return Meta(pattern=rf"^{prefix}u[0-9a-f]{{8}}\Z", description=f"must be a new id like {prefix}u3f9c02aa")
+
+
+NewLineId = Annotated[str, _new("l")]
+NewRegionId = Annotated[str, _new("r")]
+NewGatewayId = Annotated[str, _new("g")]
+NewObjectId = Annotated[str, _new("o")]
+NewNoteId = Annotated[str, _new("n")]
+NoteId = Annotated[str, _id("must be the id of a note", "notes")]
 
 ClassName = Annotated[str, _text("must be a name of 1 to 40 characters, no space around it", _NAME, 40)]
 Name = Annotated[str, _text("must be a name of 1 to 80 characters, no space around it", _NAME, 80)]
+Code = Annotated[str, Meta(max_length=40, pattern=r"^[a-z-]+\Z", description="must be the code of a finding")]
+NoteText = Annotated[
+    str,
+    Meta(
+        max_length=1000, pattern=rf"^\s*(?=\S)(?:{_PLAIN}|\n)*\Z", description="must be a text of 1 to 1000 characters"
+    ),
+]
 Text = Annotated[str, _text("must be at most 80 characters on one line", _TEXT, 80)]
 
 Metre = Annotated[float, Meta(ge=-1e5, le=1e5, description="must be finite metres, at most 100 km from the origin")]
@@ -48,10 +72,14 @@ Angle = Annotated[
 ]
 Place = Annotated[tuple[Metre, Metre], Meta(description="must be points (x, y)", extra={"place": "point"})]
 Places = Annotated[tuple[Place, ...], Meta(min_length=1, max_length=16, description="must be 1 to 16 points")]
+Path = Annotated[tuple[Place, ...], Meta(min_length=2, max_length=64, description="must be 2 to 64 points")]
+Ring = Annotated[tuple[Place, ...], Meta(min_length=3, max_length=5000, description="must be 3 to 5000 corners")]
+Rings = Annotated[tuple[Ring, ...], Meta(max_length=1000, description="must be at most 1000 rings of corners")]
+Posts = Annotated[tuple[Place, Place], Meta(description="must be the two ends of the opening")]
 Place3 = Annotated[tuple[Metre, Metre, Metre], Meta(description="must be a point (x, y, z)", extra={"place": "point3"})]
 Size3 = Annotated[tuple[Extent, Extent, Extent], Meta(description="must be three lengths")]
 
-PREFIX = {"lines": "l", "regions": "r", "gateways": "g", "objects": "o"}
+PREFIX = {"lines": "l", "regions": "r", "gateways": "g", "objects": "o", "notes": "n"}
 
 
 def new_id(map: RGMap, kind: str) -> str:
@@ -64,7 +92,7 @@ def new_id(map: RGMap, kind: str) -> str:
 
 def is_human_id(id: str) -> bool:
     """Whether an edit made the thing with this id (and not the pipeline)."""
-    return re.fullmatch(r"[lrgo]u[0-9a-f]{8}", id) is not None
+    return re.fullmatch(r"[lrgon]u[0-9a-f]{8}", id) is not None
 
 
 def refusal(type_: type[msgspec.Struct], error: Exception) -> EditError:

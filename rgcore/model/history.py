@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import datetime, timezone
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 from msgspec import Meta
@@ -14,7 +14,8 @@ from rgcore.errors import EditError
 from rgcore.model.edits import AnyEdit
 from rgcore.model.records import Provenance, RGMap, replace
 
-KINDS = ("lines", "regions", "gateways", "objects")
+KINDS = ("lines", "regions", "gateways", "objects", "notes", "ignored")
+"""The tables of a map that edits change."""
 
 By = Annotated[str, Meta(max_length=80, pattern=r"^[^\x00-\x1f\x7f]*\Z")]
 
@@ -164,19 +165,27 @@ def patched(map: RGMap, patch: Patch, back: bool = False) -> RGMap:
 
 
 def _do(history: History, entry: Do) -> History:
-    raw = difference(history.map, entry.edit.apply(history.map))
-    patch = tuple(c if c.after is None else msgspec.structs.replace(c, after=_signed(c, entry)) for c in raw)
+    raw = difference(history.map, entry.edit.apply(history.map, history.base))
+    patch = tuple(c if c.after is None else msgspec.structs.replace(c, after=_signed(c, entry, history)) for c in raw)
     done = Done(entry, entry.edit.title(history.map), patch)
     return History(history.base, patched(history.map, patch), (*history.done, done))
 
 
-def _signed(change: Change, entry: Do) -> Any:
-    """The changed item with its provenance: made by a person, or by the pipeline and then a person."""
+def _signed(change: Change, entry: Do, history: History) -> Any:
+    """The changed item with its provenance. What stands as the pipeline made it is the pipeline's, whatever happened
+    to it before; an edit that only reviews an item leaves its source alone."""
     was: Provenance | None = None if change.before is None else change.before.provenance
+    automatic = getattr(history.base, change.kind).get(change.id)
+    bare = replace(change.after, provenance=Provenance())
+    if automatic is None:
+        source: Literal["auto", "human", "edited"] = "human"
+    else:
+        source = "auto" if bare == replace(automatic, provenance=Provenance()) else "edited"
     made = Provenance(
-        source="human" if was is None or was.source == "human" else "edited",
+        source=source,
         by=entry.by,
         at=entry.at,
         edits=(*(was.edits if was else ()), entry.number),
+        confirmed=change.after.provenance.confirmed,
     )
     return replace(change.after, provenance=made)

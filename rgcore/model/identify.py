@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from rgcore.geometry.polygons import polygon
-from rgcore.model.history import KINDS
 from rgcore.model.records import Gateway, Line, MapObject, Record, Region, RGMap
 
 Move = Callable[[np.ndarray], np.ndarray]
@@ -31,7 +30,7 @@ def match(old: RGMap, new: RGMap, ids: Iterable[str], move: Move = lambda points
     """New id by old id, for those of ``ids`` with one clear counterpart, whose own clear counterpart they are."""
     found: dict[str, str] = {}
     wanted = set(ids)
-    for kind in KINDS:
+    for kind in _SCORES:
         before, after = getattr(old, kind), getattr(new, kind)
         if not after or wanted.isdisjoint(before):
             continue

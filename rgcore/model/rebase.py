@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from rgcore.errors import EditError
 from rgcore.geometry import se2
 from rgcore.model.conflict import Conflict
-from rgcore.model.edits import AnyEdit, Edit
+from rgcore.model.edits import AnyEdit, Edit, Several
 from rgcore.model.fields import is_human_id
 from rgcore.model.history import Do, History, step
 from rgcore.model.identify import match
@@ -88,6 +88,8 @@ class Stale(Exception):
 
 def carry(edit: AnyEdit, ids: Mapping[str, str], drift: Drift) -> AnyEdit:
     """The same edit for the new map. Raises Stale if one of its ids has no counterpart, or its places none."""
+    if isinstance(edit, Several):
+        return Several(name=edit.name, edits=tuple(carry(e, ids, drift) for e in edit.edits))  # type: ignore[misc]
     hints = get_type_hints(type(edit), include_extras=True)
     names = [f.name for f in msgspec.structs.fields(edit)]
     places = [p for name in names for p in _found("point", getattr(edit, name), hints[name])]
@@ -169,6 +171,8 @@ def _inner(hint: Any, value: Any) -> list[Any] | None:
 
 def ids_of(edit: Edit) -> set[str]:
     """Ids of the things that an edit is about (not of those that it makes)."""
+    if isinstance(edit, Several):
+        return {id for e in edit.edits for id in ids_of(e)}
     found: set[str] = set()
 
     def note(extra: dict[str, str], value: Any) -> Any:

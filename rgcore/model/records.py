@@ -29,8 +29,11 @@ class Provenance(Record, frozen=True, kw_only=True):
 
     source: Literal["auto", "human", "edited"] = "auto"
     by: str | None = None
+    """who touched or reviewed it last, and when (``at``)"""
     at: str | None = None
     edits: tuple[int, ...] = ()
+    confirmed: bool = False
+    """whether a person looked at it and found it right"""
 
 
 class Line(Record, frozen=True, kw_only=True):
@@ -45,6 +48,8 @@ class Line(Record, frozen=True, kw_only=True):
     """number of scan segments merged into the line"""
     residual: float | None = None
     """m, root mean square distance of the merged segments' ends from the line"""
+    clutter: bool = False
+    """whether it is a thing in the room (chair, plant) and no wall"""
     provenance: Provenance = Provenance()
 
 
@@ -116,6 +121,26 @@ class MapObject(Record, frozen=True, kw_only=True):
     provenance: Provenance = Provenance()
 
 
+class Note(Record, frozen=True, kw_only=True):
+    """What a person wrote down, at a place or on an item; the note outlives the item and stays at its place."""
+
+    id: str
+    text: str
+    place: Point
+    item: str | None = None
+    """id of the item that it is about"""
+    provenance: Provenance = Provenance()
+
+
+class Ignored(Record, frozen=True, kw_only=True):
+    """A finding of the lint that a person has seen and lets stand; ``id`` is that of the finding."""
+
+    id: str
+    code: str
+    items: tuple[str, ...]
+    provenance: Provenance = Provenance()
+
+
 class Source(Record, frozen=True, kw_only=True):
     """What the map was made from."""
 
@@ -140,7 +165,7 @@ class Stats(Record, frozen=True, kw_only=True):
 
 
 class RGMap(Record, frozen=True, kw_only=True):
-    """An RG map <R, G> (paper, section II) with its lines and objects."""
+    """An RG map <R, G> (paper, section II) with its lines and objects, and what people noted about it."""
 
     source: Source = Source()
     stats: Stats = Stats()
@@ -148,6 +173,8 @@ class RGMap(Record, frozen=True, kw_only=True):
     regions: dict[str, Region] = {}
     gateways: dict[str, Gateway] = {}
     objects: dict[str, MapObject] = {}
+    notes: dict[str, Note] = {}
+    ignored: dict[str, Ignored] = {}
 
     def lines_of(self, region: str) -> list[str]:
         return [k for k, v in self.lines.items() if region in v.regions]

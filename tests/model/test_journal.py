@@ -99,12 +99,12 @@ def test_a_damaged_entry_in_the_middle_is_named(path: Path) -> None:
 
 
 def test_entries_of_a_newer_version_are_not_taken_for_damage(path: Path) -> None:
-    class SplitRegion(ClassifyRegion, frozen=True):
+    class FoldRegion(ClassifyRegion, frozen=True):
         pass
 
-    newer = Do(number=1, at=AT, edit=SplitRegion(region="r1", class_="CC"))  # type: ignore[arg-type]
+    newer = Do(number=1, at=AT, edit=FoldRegion(region="r1", class_="CC"))  # type: ignore[arg-type]
     path.write_bytes(encode_line(newer))
-    with pytest.raises(ProjectError, match=r"edits\.jsonl:1: .*SplitRegion.*upgrade"):
+    with pytest.raises(ProjectError, match=r"edits\.jsonl:1: .*FoldRegion.*upgrade"):
         Journal(path)
 
 

@@ -19,7 +19,8 @@ import pytest
 from rgcore.errors import EditError, ProjectError
 from rgcore.model import folder
 from rgcore.model.base import decode_map, encode_map
-from rgcore.model.edits import ClassifyRegion, DeleteGateway, LabelObject, MoveObject, RenameRegion, object_from_lines
+from rgcore.model.draft import object_from_lines
+from rgcore.model.edits import ClassifyRegion, DeleteGateway, LabelObject, MoveObject, RenameRegion
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 

@@ -16,6 +16,7 @@ from two_rooms import make_run
 
 from rgcore.geometry import se2
 from rgcore.model.conflict import Conflict
+from rgcore.model.draft import object_from_lines
 from rgcore.model.edits import (
     ClassifyGateway,
     ClassifyRegion,
@@ -26,7 +27,6 @@ from rgcore.model.edits import (
     MoveObject,
     RenameRegion,
     SeedObject,
-    object_from_lines,
 )
 from rgcore.model.fields import LineId, Place, RegionId
 from rgcore.model.history import KINDS, Do, History, step

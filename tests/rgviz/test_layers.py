@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from office_map import big_office, office_map
 
-from rgcore.model.edits import ClassifyRegion, DeleteGateway, RenameRegion, object_from_lines
+from rgcore.model.draft import object_from_lines
+from rgcore.model.edits import ClassifyRegion, DeleteGateway, RenameRegion
 from rgcore.model.records import RGMap, replace
 from rgviz import highlight, theme
 from rgviz.labels import labels
