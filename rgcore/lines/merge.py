@@ -68,7 +68,7 @@ def merge_lines(
     found = unhidden(found, _count(line_of, len(found)), settings)
     keep = geometry.lengths(found) >= settings.min_length
     found, line_of = close_corners(found[keep], settings.corner), _renumbered(line_of, keep)
-    return _ordered(found, line_of, ends, center, segments.scan, region)
+    return describe(found, line_of, ends, center, segments.scan, region)
 
 
 def _cut(
@@ -125,7 +125,7 @@ def region_of(line_of: np.ndarray, region: np.ndarray, count: int) -> np.ndarray
     return out
 
 
-def _ordered(
+def describe(
     lines: np.ndarray, line_of: np.ndarray, ends: np.ndarray, center: np.ndarray, scan: np.ndarray, region: np.ndarray
 ) -> tuple[Lines, np.ndarray]:
     """The lines by the scan that saw them first, with all that their members tell; ``ends`` are about ``center``."""
