@@ -33,13 +33,17 @@ class Extract(Settings, frozen=True):
         float, setting("m", "neighbouring echoes farther apart belong to different things", gt=0, le=5)
     ] = 0.35
     point_line_distance: Annotated[
-        float, setting("m", "farthest point from its segment: 3 sigma of usual range noise", gt=0, le=1)
+        float, setting("m", "farthest point from its segment; never less than 4 deviations of the noise", gt=0, le=1)
     ] = 0.06
     variance: Annotated[float, setting("m", "largest root mean square distance of a segment's points", gt=0, le=1)] = (
         0.03
     )
     min_points: Annotated[int, setting("points", "two echoes always lie on a line, a third can tell", ge=2, le=100)] = 3
     min_length: Annotated[float, setting("m", "shorter ones have no direction, at 12 mm noise", gt=0, le=5)] = 0.08
+    noise: Annotated[
+        float,
+        setting("m", "deviation of a range of a usual laser, where the log has too few long walls to tell", gt=0, le=1),
+    ] = 0.012
 
 
 class Slam(Settings, frozen=True):

@@ -18,18 +18,20 @@ from rgcore.geometry.compiled import inner, kernel
 
 _INCIDENCE = np.deg2rad(10.0)  # lambda of Borges & Aldon: a wall seen at less than this cannot be told from a jump
 _GRAZING = np.sin(np.deg2rad(8.0))  # nowhere seen at more: a chain of mixed pixels, or of things behind one another
+_KNOWN = 4.0  # degrees of freedom that the known noise of the laser is worth beside a segment's own residuals
+_LEAST_SHARE = 0.04  # of the variance of a range, across a line at grazing incidence: the footprint of the beam
 _LOOK_AHEAD = 3  # pieces: a wall goes on behind up to two things in front of it
 
 
 @kernel
 def split_and_merge(ranges, bearings, step, ring, limits, min_points):  # type: ignore[no-untyped-def]
-    """All scans (N, B): (M, 5) start, end, rms and (M, 4) scan, first beam, last beam, echoes of their segments.
+    """All scans (N, B): (M, 8) start, end, rms, covariance and (M, 4) scan, first beam, last beam, echoes.
 
     ``step`` [rad] between neighbouring beams; ``ring``: the last beam and the first are neighbours; ``limits``:
-    max_range, cluster_distance, point_line_distance, variance, min_length [m].
+    max_range, cluster_distance, point_line_distance, variance, min_length, noise [m].
     """
     n_scans, n_beams = ranges.shape
-    numbers = np.zeros((n_scans * (n_beams // min_points + 1), 5))
+    numbers = np.zeros((n_scans * (n_beams // min_points + 1), 8))
     indices = np.zeros((len(numbers), 4), np.int64)
     cos, sin = np.cos(bearings), np.sin(bearings)
     beam, x, y = np.zeros(n_beams, np.int64), np.zeros(n_beams), np.zeros(n_beams)
@@ -258,4 +260,34 @@ def _lay(x, y, i, j, sums, p, limits, numbers, m):  # type: ignore[no-untyped-de
     numbers[m, 0], numbers[m, 1] = cx + s * ux, cy + s * uy
     numbers[m, 2], numbers[m, 3] = cx + e * ux, cy + e * uy
     numbers[m, 4] = rms
+    _propagate(x, y, i, j, limits, numbers, m)
     return True
+
+
+@inner
+def _propagate(x, y, i, j, limits, numbers, m):  # type: ignore[no-untyped-def]
+    """Covariance of segment m, which runs from echo i to j, about its middle: of offset, of both, of direction.
+
+    The noise of a range counts by its share across the line (Diosi & Kleeman 2003): a wall that is grazed is sure
+    across. What the residuals say of the noise is weighed against what is known of the laser.
+    """
+    mx, my = 0.5 * (numbers[m, 0] + numbers[m, 2]), 0.5 * (numbers[m, 1] + numbers[m, 3])
+    ux, uy = numbers[m, 2] - mx, numbers[m, 3] - my
+    half = np.sqrt(ux * ux + uy * uy)
+    ux, uy = ux / half, uy / half
+    offset = mx * uy - my * ux
+    n, st, stt, sv, stv, sttv, chi = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for q in range(i, j + 1):
+        across, t = (y[q] - my) * ux - (x[q] - mx) * uy, (x[q] - mx) * ux + (y[q] - my) * uy
+        if abs(across) > limits[2]:  # a thing in front of the wall, or a mixed pixel
+            continue
+        v = limits[5] ** 2 * max(_LEAST_SHARE, offset * offset / (x[q] * x[q] + y[q] * y[q]))
+        n, st, stt, chi = n + 1.0, st + t, stt + t * t, chi + across * across / v
+        sv, stv, sttv = sv + v, stv + t * v, sttv + t * t * v
+    scale = (_KNOWN + chi) / (_KNOWN + max(0.0, n - 2.0))
+    t, spread = st / n, stt - st * st / n  # of the echoes about their centre
+    mean, both = sv / (n * n), (stv - t * sv) / (n * spread)
+    turn = (sttv - 2.0 * t * stv + t * t * sv) / (spread * spread)
+    numbers[m, 5] = scale * (mean - 2.0 * t * both + t * t * turn)
+    numbers[m, 6] = scale * (both - t * turn)
+    numbers[m, 7] = scale * turn

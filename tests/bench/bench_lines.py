@@ -77,7 +77,7 @@ def copies(s: Segments, trajectory: Trajectory, times: int) -> tuple[Segments, T
     )
     k = np.tile(np.arange(len(s)), times)
     scan = s.scan[k] + np.repeat(np.arange(times), len(s)) * n
-    return Segments(s.ends[k], scan, s.beams[k], s.points[k], s.rms[k]), many
+    return Segments(s.ends[k], scan, s.beams[k], s.points[k], s.rms[k], s.covariance[k]), many
 
 
 def main() -> None:

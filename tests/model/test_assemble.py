@@ -45,7 +45,7 @@ def map() -> RGMap:
     scan = np.array([0, 1, 6, 7, 8, 0, 1, 6, 9, 3, 4, 5])
     line_of = np.array([0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2])
     n = len(scan)
-    segments = Segments(np.zeros((n, 2, 2)), scan, np.zeros((n, 2)), np.full(n, 9), np.zeros(n))
+    segments = Segments(np.zeros((n, 2, 2)), scan, np.zeros((n, 2)), np.full(n, 9), np.zeros(n), np.zeros((n, 3)))
     lines = Lines(
         ends=np.array([[[0, 0], [1, 0]], [[1, 0], [2, 1 / 3]], [[5, 5], [6, 5]]], float),
         moments=np.zeros((3, 6)),
