@@ -22,6 +22,7 @@ from rgcore.errors import InputError, ProjectError
 from rgcore.exports.formats import FORMATS, archived
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
+from rgcore.scans.bags import USUAL, Topics, is_bag
 from rgviz import facts, status, theme
 from rgviz.bridge import HEAD
 from rgviz.gate import File, Gate, hosts_for, link, new_token
@@ -99,10 +100,10 @@ class App:
         self.worker.post(self._show_project, project)
         self.worker.wait()
 
-    def map_log(self, log: Path, project: Path, config: Config | None = None) -> None:
+    def map_log(self, log: Path, project: Path, config: Config | None = None, topics: Topics = USUAL) -> None:
         """Map a log in a process of its own, show how it goes, then open the project."""
         self._name = log.name.split(".")[0]
-        self.job = MappingJob(log, project, config or Config(), lambda m: self.worker.post(self._hear_job, m))
+        self.job = MappingJob(log, project, config or Config(), lambda m: self.worker.post(self._hear_job, m), topics)
 
     def stop(self) -> None:
         """End the server, the mapping and the project; safe to call twice."""
@@ -193,21 +194,22 @@ def view(
     project_path: Path | None = None,
     config: Config | None = None,
     token: str | None = None,
+    topics: Topics = USUAL,
 ) -> bool:
     """Serve a project, or map a log first, until Ctrl+C; False if the log could not be mapped (stderr says why).
 
     Raises RgError if there is nothing to serve.
     """
     path = Path(path)
-    project = path if path.is_dir() else project_path or Path(path.name.split(".")[0] + ".rg")
+    project = path if path.is_dir() and not is_bag(path) else project_path or Path(path.name.split(".")[0] + ".rg")
     if not path.exists():
         raise InputError(path, "there is no such file or project")
     app = App(host, port, token)
     try:
-        if (project / "current").exists() or path.is_dir():
+        if (project / "current").exists() or (path.is_dir() and not is_bag(path)):
             app.open_project(project)
         else:
-            app.map_log(path, project, config)
+            app.map_log(path, project, config, topics)
         sys.stdout.write(f"{app.title}: open {app.url}\nCtrl+C stops it.\n")
         sys.stdout.flush()
         if open_browser:

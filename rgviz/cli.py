@@ -68,6 +68,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     settings.add_argument("--config", type=Path, metavar="FILE.toml", help="settings from a file")
 
+    bag = argparse.ArgumentParser(add_help=False)
+    bag.add_argument("--scan-topic", metavar="TOPIC", help="of a bag with several lasers; see `rgviz info BAG`")
+    bag.add_argument("--odom-topic", metavar="TOPIC", help="of a bag with several odometries")
+
     serving = argparse.ArgumentParser(add_help=False)
     serving.add_argument("--host", default="127.0.0.1", help="address to serve on (default: this machine only)")
     serving.add_argument(
@@ -89,10 +93,10 @@ def _parser() -> argparse.ArgumentParser:
 
     c = command("demo", _demo, "map the log that ships with rgviz and open it in the browser", serving)
     c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="where the demo's project is kept")
-    c = command("run", _run, "map a log; on an existing project: a new run that keeps the edits", settings)
+    c = command("run", _run, "map a log; on an existing project: a new run that keeps the edits", settings, bag)
     c.add_argument("log", type=Path, metavar="LOG")
     c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")
-    c = command("view", _view, "open a project, or map a log first, in the browser", settings, serving)
+    c = command("view", _view, "open a project, or map a log first, in the browser", settings, bag, serving)
     c.add_argument("path", type=Path, metavar="PROJECT.rg|LOG")
     c = command("edit", _edit, "apply edits without the browser")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
@@ -121,6 +125,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     c.add_argument("--resolution", type=float, metavar="M", help="size of a pixel of a floor-plan image")
     c.add_argument("--seed", type=int, default=0, help="of noise and odometry drift (default: 0)")
+    c = command("info", _info, "what is in a log, a bag, a grid map or a map, without mapping it")
+    c.add_argument("file", type=Path, metavar="FILE")
+    c.add_argument("--json", action="store_true", help="as JSON")
     command("config", _config, "every setting with default, unit and reason, as TOML", settings)
     command("compile", _compile, "compile the numeric kernels ahead of the first run")
     return p
@@ -144,11 +151,17 @@ def _demo(args: argparse.Namespace) -> None:
     sys.exit(0 if mapped else 1)
 
 
+def _topics(args: argparse.Namespace) -> Any:
+    from rgcore.scans.bags import Topics
+
+    return Topics(args.scan_topic, args.odom_topic)
+
+
 def _view(args: argparse.Namespace) -> None:
     from rgviz import app
 
-    config = _load_config(args)
-    mapped = app.view(args.path, host=args.host, port=args.port, open_browser=not args.no_browser, config=config)
+    serving = {"host": args.host, "port": args.port, "open_browser": not args.no_browser}
+    mapped = app.view(args.path, config=_load_config(args), topics=_topics(args), **serving)
     sys.exit(0 if mapped else 1)
 
 
@@ -158,7 +171,7 @@ def _run(args: argparse.Namespace) -> None:
     from rgviz.mapping import map_into
     from rgviz.progress import progress_bar
 
-    log = read_log(args.log)
+    log = read_log(args.log, _topics(args))
     _tell(args.log, log.notes.splitlines())
     path = args.project or Path(args.log.name.split(".")[0] + ".rg")
     with progress_bar() as watch:
@@ -258,6 +271,18 @@ def _simulate(args: argparse.Namespace) -> None:
 
     simulated = simulate_to_files(args.plan, args.log, resolution=args.resolution, seed=args.seed)
     print(f"{args.log}: {len(simulated.log)} scans")
+
+
+def _info(args: argparse.Namespace) -> None:
+    from rgviz.info import describe, print_description
+
+    found = describe(args.file)
+    if args.json:
+        import json
+
+        print(json.dumps(found, indent=1, sort_keys=True))
+    else:
+        print_description(found)
 
 
 def _config(args: argparse.Namespace) -> None:

@@ -22,6 +22,7 @@ from rgcore.config import Config
 from rgcore.errors import RgError, one_line
 from rgcore.model.records import Box2, Line, Region, RGMap
 from rgcore.progress import Progress
+from rgcore.scans.bags import USUAL, Topics
 
 EVERY = 0.25
 """s between two reports at most"""
@@ -52,7 +53,14 @@ class Finished:
 class MappingJob:
     """``log`` becomes the project ``project``. ``tell`` is called on a thread of the job's own."""
 
-    def __init__(self, log: Path, project: Path, config: Config, tell: Callable[[Report | Finished], None]) -> None:
+    def __init__(
+        self,
+        log: Path,
+        project: Path,
+        config: Config,
+        tell: Callable[[Report | Finished], None],
+        topics: Topics = USUAL,
+    ) -> None:
         self.log, self.project = log, project
         self._tell = tell
         self._was_there = project.exists()
@@ -60,7 +68,7 @@ class MappingJob:
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe(duplex=True)
         self._child = context.Process(
-            target=_work, args=(log, project, config, theirs), name="rgviz mapping", daemon=True
+            target=_work, args=(log, project, config, topics, theirs), name="rgviz mapping", daemon=True
         )
         self._child.start()
         theirs.close()
@@ -95,12 +103,12 @@ class MappingJob:
             self._tell(ending)
 
 
-def _work(log: Path, project: Path, config: Config, pipe: Connection) -> None:
+def _work(log: Path, project: Path, config: Config, topics: Topics, pipe: Connection) -> None:
     """In the child: read, map, make the project."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C reaches the whole group; the parent decides
     threading.Thread(target=_end_with_parent, args=(pipe,), daemon=True).start()
     try:
-        _map(log, project, config, pipe)
+        _map(log, project, config, topics, pipe)
         pipe.send(Finished())
     except (RgError, OSError) as e:
         pipe.send(Finished(one_line(e)))
@@ -119,14 +127,14 @@ def _end_with_parent(pipe: Connection) -> None:
     os.kill(os.getpid(), signal.SIGTERM)
 
 
-def _map(log_path: Path, project: Path, config: Config, pipe: Connection) -> None:
+def _map(log_path: Path, project: Path, config: Config, topics: Topics, pipe: Connection) -> None:
     from rgcore.cache import Cache
     from rgcore.model.project import Project
     from rgcore.pipeline import run
     from rgcore.scans.read import read_log
 
     pipe.send(Report("read", 0, 1))
-    log = read_log(log_path)
+    log = read_log(log_path, topics)
     watcher = _Watcher(log, config, pipe)
     result = run(log, config, Cache(project / "cache"), watcher)
     pipe.send(Report("save", 0, 1))
