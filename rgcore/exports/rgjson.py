@@ -16,14 +16,15 @@ import msgspec
 from rgcore.errors import InputError
 from rgcore.exports.options import Exported, Options
 from rgcore.model.base import natural
-from rgcore.model.records import Gateway, Line, MapObject, Region, RGMap, Source, Stats
+from rgcore.model.records import Gateway, Ignored, Line, MapObject, Note, Region, RGMap, Source, Stats
 from rgcore.slam.trajectory import Trajectory
 
 FORMAT, VERSION = "rgmap", "1.0"
 DECIMALS = 6
 """Micrometres and microradians: far below anything measured, and short enough to read."""
 
-_KINDS: dict[str, type] = {"lines": Line, "regions": Region, "gateways": Gateway, "objects": MapObject}
+_COUNTED: dict[str, type] = {"lines": Line, "regions": Region, "gateways": Gateway, "objects": MapObject}
+_KINDS: dict[str, type] = {**_COUNTED, "notes": Note, "ignored": Ignored}
 
 
 class _Document(msgspec.Struct):
@@ -35,6 +36,8 @@ class _Document(msgspec.Struct):
     regions: list[Region]
     gateways: list[Gateway]
     objects: list[MapObject]
+    notes: list[Note] = []
+    ignored: list[Ignored] = []
 
 
 def schema() -> dict[str, Any]:
@@ -99,7 +102,7 @@ def _tree(map: RGMap) -> dict[str, Any]:
             region[kind] = sorted(ids, key=natural)
     for gateway in rows["gateways"]:
         gateway["width"] = _rounded(hypot(*(a - b for a, b in zip(*gateway["posts"], strict=True))))  # as written
-    counts = {kind: len(found) for kind, found in rows.items()}
+    counts = {kind: len(rows[kind]) for kind in _COUNTED}
     return {
         "format": FORMAT,
         "version": VERSION,
