@@ -107,7 +107,7 @@ def _walk(beam, lines, first_bin, bin_size, passes, origin, cell, shape, first, 
     next_x = ((ix + (ux > 0)) * cell - x) / ux if ux != 0.0 else np.inf
     next_y = ((iy + (uy > 0)) * cell - y) / uy if uy != 0.0 else np.inf
     enter = 0.0
-    while enter < reach:
+    while enter < reach and 0 <= ix < shape[0] and 0 <= iy < shape[1]:  # beyond the raster there are no lines
         leave = min(next_x, next_y, reach)
         c = ix * shape[1] + iy
         for k in range(first[c], first[c + 1]):
