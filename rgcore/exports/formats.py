@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rgcore.errors import RgError
-from rgcore.exports import gltf, rgjson, svg, tum
+from rgcore.exports import gltf, nav2, nav2_route, rgjson, svg, tum
 from rgcore.exports.options import Exported, Options
 from rgcore.model.disk import replace_file
 from rgcore.model.records import RGMap
@@ -36,6 +36,8 @@ FORMATS: dict[str, Format] = {
     ".json": Format("Map (JSON)", "application/json", rgjson.render),
     ".glb": Format("3D model (glTF)", "model/gltf-binary", gltf.render),
     ".svg": Format("Drawing (SVG)", "image/svg+xml", svg.render),
+    ".yaml": Format("Grid and masks (Nav2)", "application/yaml", nav2.render),
+    ".route.geojson": Format("Route graph (Nav2)", "application/geo+json", nav2_route.render),
     ".tum": Format("Trajectory (TUM)", "text/plain", tum.render),
 }
 """By ending, in the order in which menus show them. An ending may have two parts (``.route.geojson``)."""
