@@ -21,6 +21,8 @@ NORMALS_AGREE = 0.7
 """Cosine of the largest angle between the normals of a pair: 45 degrees, which also tells the two faces of a wall
 apart.
 """
+DEVIATION = 0.06
+"""Of a point from the nearest one of the map [m], where the scan fits: noise, and points that lie apart."""
 LEAST_LEFT = 1e-3
 """Share of the information along the least certain direction that is never taken off."""
 FALSE_INFORMATION = 0.01
@@ -113,6 +115,25 @@ def register(
     first pose stands.
     """
     return Match(*_register(scan.points, scan.normals, on, np.asarray(pose, float), prior, noise, reach, rounds))
+
+
+@kernel
+def likelihood(points, on, pose):  # type: ignore[no-untyped-def]
+    """Mean over the scan's points (n, 2) of exp(-d^2 / (2 DEVIATION^2)), d the distance to the nearest of the map."""
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    width, height = on.shape
+    total = 0.0
+    for i in range(len(points)):
+        x, y = c * points[i, 0] - s * points[i, 1] + pose[0], s * points[i, 0] + c * points[i, 1] + pose[1]
+        column, row = int((x - on.corner[0]) // CELL), int((y - on.corner[1]) // CELL)
+        first, last = max(0, column - 1), min(width - 1, column + 1)
+        nearest = CELL * CELL
+        for v in range(max(0, row - 1), min(height, row + 2)):
+            if first <= last:
+                for k in range(on.start[v * width + first], on.start[v * width + last + 1]):
+                    nearest = min(nearest, (x - on.points[k, 0]) ** 2 + (y - on.points[k, 1]) ** 2)
+        total += np.exp(-0.5 * nearest / (DEVIATION * DEVIATION))
+    return total / max(1, len(points))
 
 
 @inner

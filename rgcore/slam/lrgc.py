@@ -90,7 +90,8 @@ class Lrgc:
         moved = between(self._odometry, odometry) if self.has_odometry else self._moved
         deviation = motion_deviation(moved, s.odometry_noise) + (0.0 if self.has_odometry else s.blind)
         last = chain(self.keyframes.poses[self._anchor[-1]], self._offset[-1])
-        match, sure = track(self.keyframes, self._map, scan, ranges, chain(last, moved), deviation, s)
+        guess = chain(last, moved)
+        match, sure = track(self.keyframes, self._map, scan, ranges, guess, deviation, s, self.has_odometry)
         self._odometry, self._since = odometry, chain(self._since, moved)
         self._moved = between(last, match.pose)
         newest = len(self.keyframes) - 1

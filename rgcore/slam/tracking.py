@@ -7,9 +7,16 @@ import numpy as np
 from rgcore.config import Slam
 from rgcore.slam.correlation import correlate, likelihood_field
 from rgcore.slam.keyframes import Keyframes
-from rgcore.slam.local import LocalMap, Match, register
+from rgcore.slam.local import CELL, LocalMap, Match, likelihood, register
+from rgcore.slam.small import between
 from rgcore.slam.surface import Surface
 
+FAR = 0.12
+"""A scan that fits this far [m] from where it was expected is registered once more, narrowly."""
+MATCHED = 3.0
+"""So many points weigh as one unit of log likelihood: neighbouring points err together."""
+SURPRISE = 4.0
+"""Chi squared beyond which a motion is no less likely: odometry that slips is wrong by any amount."""
 WITNESSES = 3
 """Newest keyframes that a doubtful scan is compared with."""
 DOUBT = 0.9
@@ -34,13 +41,18 @@ def track(
     guess: np.ndarray,
     deviation: np.ndarray,
     settings: Slam,
+    measured: bool = True,
 ) -> tuple[Match, bool]:
     """Registers a scan on the local map, from ``guess`` (3,) +- ``deviation`` (3,); and whether that can be believed.
+
+    ``measured`` if odometry made the guess: then it is evidence, and the scan must say better where it is not.
 
     A scan that the newest keyframes contradict is sought on the whole local map, whichever way the robot turned.
     """
     s = settings
     match = register(scan, on, guess, np.diag(deviation**-2.0), s.point_noise, s.reach)
+    if measured and np.hypot(*(match.pose - guess)[:2]) > FAR:
+        match = _likelier(scan, on, guess, deviation, s, match)
     if match.share > 0.6 or min(len(scan.points), len(on.points)) < s.least_points:
         return match, True
     belief = _believed(frames, scan, ranges, match.pose)
@@ -56,6 +68,22 @@ def track(
             if better > belief + 0.05:
                 match, belief = again, better
     return match, belief >= s.least_agreement
+
+
+def _likelier(
+    scan: Surface, on: LocalMap, guess: np.ndarray, deviation: np.ndarray, settings: Slam, far: Match
+) -> Match:
+    """``far``, or what fits near the ``guess`` if that explains the scan and the motion better.
+
+    In a corridor few points tell the way along it, and paired over the whole reach they may tell it wrong.
+    """
+    near = register(scan, on, guess, np.diag(deviation**-2.0), settings.point_noise, 0.5 * CELL)
+
+    def evidence(m: Match) -> float:
+        off = between(guess, m.pose) / deviation
+        return float(likelihood(scan.points, on, m.pose) * len(scan.points) / MATCHED - 0.5 * min(SURPRISE, off @ off))
+
+    return near if evidence(near) > evidence(far) else far
 
 
 def _believed(frames: Keyframes, scan: Surface, ranges: np.ndarray, pose: np.ndarray) -> float:
