@@ -18,7 +18,7 @@ from rgcore.model.edits_objects import AddObject, SeedObject
 from rgcore.model.edits_regions import SplitRegion
 from rgcore.model.fields import new_id
 from rgcore.model.gates import regions_beside
-from rgcore.model.ground import region_before, shape_of
+from rgcore.model.ground import free_space, shape_of
 from rgcore.model.records import Line, Point, RGMap, rounded
 
 SNAP = 0.3
@@ -87,7 +87,7 @@ def add_gateway(
 def draw_wall(map: RGMap, start: Point, end: Point, free: Point | None = None, snap: float = SNAP) -> DrawLine:
     """The edit that draws a wall between points, which snap to ends of walls; ``free``: a point on its free side.
 
-    Without one, free space is where a region is, or left of start -> end where there is one on both sides or on none.
+    Without one, free space is on the side nearer to a region; left of start -> end where both are as near.
     """
     a, b = snapped(map.lines.values(), start, snap), snapped(map.lines.values(), end, snap)
     if math.dist(a, b) < snap:
@@ -96,7 +96,7 @@ def draw_wall(map: RGMap, start: Point, end: Point, free: Point | None = None, s
     if free is not None:
         left = (bx - ax) * (free[1] - ay) - (by - ay) * (free[0] - ax) >= 0
     else:
-        left = region_before(map, a, b) is not None or region_before(map, b, a) is None
+        left = free_space(map, a, b) <= free_space(map, b, a)
     a, b = (a, b) if left else (b, a)
     return DrawLine(id=new_id(map, "lines"), start=a, end=b).checked()
 

@@ -159,6 +159,12 @@ def region_before(map: RGMap, start: Point, end: Point) -> str | None:
     return best if best is not None and far[best] <= 2 * ASIDE else None
 
 
+def free_space(map: RGMap, start: Point, end: Point) -> float:
+    """How far the free side of a line is from the nearest region [m]; 0 where it is in one."""
+    point = before_line(start, end)
+    return min((cutting.distance(shape_of(r), point) for r in map.regions.values()), default=math.inf)
+
+
 def _measured(region: Region, lines: list[Line]) -> Region:
     """The region with the box and the main axes of its outline and lines."""
     from rgcore.places.classify import angle_histogram, main_axes  # brings Numba, which an editor does without
