@@ -114,6 +114,27 @@ class Lines(Settings, frozen=True):
     min_support: Annotated[
         int, setting("segments", "a line seen less often is noise or has passed by", ge=1, le=1000)
     ] = 2
+    price: Annotated[
+        float,
+        setting("readings", "so many a line must tell right that no other does: few lines against true ones", ge=0),
+    ] = 16.0
+    reduction: Annotated[
+        float, setting("1", "segments a line at least: the price rises up to that, at most 4 times", ge=1, le=1000)
+    ] = 17.0
+    max_range: Annotated[float, setting("m", "farther readings do not judge lines", gt=0, le=200)] = 12.0
+
+
+class Adapt(Settings, frozen=True):
+    """Parameters of merging that adapt themselves to each region (paper, section IV-C)."""
+
+    on: Annotated[bool, setting("-", "false: all regions are merged with the settings of [lines]")] = True
+    price: Annotated[
+        float,
+        setting("scans", "what a line costs beside scans not predicted at all: nine readings of 180", ge=0, le=100),
+    ] = 0.05
+    sample: Annotated[
+        int, setting("scans", "so many of those that see a region judge it; more say the same", ge=10, le=100_000)
+    ] = 150
 
 
 class Accuracy(Settings, frozen=True):
@@ -234,6 +255,7 @@ class Config(Settings, frozen=True):
     extract: Extract = Extract()
     slam: Slam = Slam()
     lines: Lines = Lines()
+    adapt: Adapt = Adapt()
     accuracy: Accuracy = Accuracy()
     places: Places = Places()
     classes: Classes = Classes()

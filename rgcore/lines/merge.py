@@ -10,8 +10,10 @@ cover it, so that collinear walls left and right of a door stay two lines that e
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
+import msgspec
 import numpy as np
 
 from rgcore.config import Lines as Settings
@@ -46,13 +48,18 @@ class Lines(Evidence):
 
 
 def merge_lines(
-    segments: Segments, trajectory: Trajectory, region_of_segment: np.ndarray, settings: Settings
+    segments: Segments,
+    trajectory: Trajectory,
+    region_of_segment: np.ndarray,
+    settings: Settings,
+    by_region: Sequence[Settings] = (),
 ) -> tuple[Lines, np.ndarray]:
     """Lines of the map, and for each segment (M,) the index of the line it went into (-1 = none).
 
     Only segments of one region (``region_of_segment`` (M,), -1 = none) and of one side merge: opposite faces of a
     thin wall stay two lines. Segments go nowhere that are disregarded (rho) or whose line would be too short (mu) or
-    seen too rarely.
+    seen too rarely. ``by_region``: distance, rho, gamma, mu and support of each region, the last for segments of none;
+    ``settings`` then hold for what regions share, hidden stretches and corners.
     """
     ends = geometry.transformed(trajectory.map_from_laser[segments.scan], segments.ends)
     region = np.asarray(region_of_segment, np.int64)
@@ -61,14 +68,47 @@ def merge_lines(
     center = ends.mean((0, 1))  # keeps the numbers small far from the map's origin
     ends = np.ascontiguousarray(ends - center)
     eyes = trajectory.map_from_laser[segments.scan, :2] - center
-    frames, line_of = grow_lines(ends, segments.points, region, settings)
-    if len(frames) == 0:
+    found, line_of = _merged(ends, segments.points, region, eyes, settings, by_region)
+    if len(found) == 0:
         return _no_lines(), line_of
-    found, line_of = _cut(frames, line_of, ends, segments.points, eyes, settings)
     found = unhidden(found, _count(line_of, len(found)), settings)
     keep = geometry.lengths(found) >= settings.min_length
-    found, line_of = close_corners(found[keep], settings.corner), _renumbered(line_of, keep)
+    found, line_of = close_corners(found[keep], settings.corner), renumbered(line_of, keep)
+    if by_region:
+        home = region_of(line_of, region, len(found))
+        mu, support = (np.array([getattr(s, k) for s in by_region])[home] for k in ("min_length", "min_support"))
+        keep = (geometry.lengths(found) >= mu) & (_count(line_of, len(found)) >= support)
+        found, line_of = found[keep], renumbered(line_of, keep)
     return describe(found, line_of, ends, center, segments.scan, region)
+
+
+def _merged(
+    ends: np.ndarray,
+    points: np.ndarray,
+    region: np.ndarray,
+    eyes: np.ndarray,
+    settings: Settings,
+    by_region: Sequence[Settings],
+) -> tuple[np.ndarray, np.ndarray]:
+    """The lines of all regions and the line of each segment; regions of the same settings are merged in one go.
+
+    Here mu and the support are the common ones: a region's own are asked at the end, when corners have made the ends.
+    """
+    common = {"min_length": settings.min_length, "min_support": settings.min_support}
+    own = [msgspec.structs.replace(s, **common) for s in by_region] or [settings]
+    found, line_of, count = [np.zeros((0, 2, 2))], np.full(len(ends), -1, np.int64), 0
+    for s in dict.fromkeys(own):
+        members = np.flatnonzero(np.array([o == s for o in own])[region if by_region else np.zeros_like(region)])
+        frames, of = grow_lines(ends[members], points[members], region[members], s)
+        if len(frames) == 0:
+            continue
+        among_all = np.full(len(ends), -1, np.int64)  # all beams tell what can be seen through
+        among_all[members] = of
+        lines, of = _cut(frames, among_all, ends, points, eyes, s)
+        line_of[of >= 0] = of[of >= 0] + count
+        found.append(lines)
+        count += len(lines)
+    return np.concatenate(found), line_of
 
 
 def _cut(
@@ -80,7 +120,7 @@ def _cut(
     runs, of = runs[long], of[long]
     line_of = _run_of(frames, line_of, ends, runs, of)
     keep = _count(line_of, len(runs)) >= settings.min_support
-    runs, of, line_of = runs[keep], of[keep], _renumbered(line_of, keep)
+    runs, of, line_of = runs[keep], of[keep], renumbered(line_of, keep)
     lines = frames[of][:, None, :2] + runs[..., None] * frames[of][:, None, 2:]
     middle = lines.mean(1)
     own = np.flatnonzero(line_of >= 0)
@@ -110,7 +150,7 @@ def _count(line_of: np.ndarray, count: int) -> np.ndarray:
     return np.bincount(line_of[line_of >= 0], minlength=count)
 
 
-def _renumbered(line_of: np.ndarray, keep: np.ndarray) -> np.ndarray:
+def renumbered(line_of: np.ndarray, keep: np.ndarray) -> np.ndarray:
     """``line_of`` when only the lines of the mask ``keep`` stay."""
     if len(keep) == 0:
         return np.full(len(line_of), -1, np.int64)

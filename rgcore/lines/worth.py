@@ -1,0 +1,291 @@
+"""What each line is worth: how much worse the scans would be predicted without it.
+
+The paper names the trade-off of few lines against an accurate map (section IV-C) and leaves it to heuristics. Here a
+line has a price, in readings told right, and stays as long as it is worth it. The worth of a line is exact: beams keep
+all lines that they meet, so what a beam would meet without one is known, and lines go one by one, the least first.
+"""
+
+from __future__ import annotations
+
+import heapq
+
+import numpy as np
+
+from rgcore.geometry import segments as geometry
+from rgcore.geometry.compiled import inner, kernel
+
+DEPTH = 8  # lines that a beam keeps: hardly ever more stand before, at or close behind its echo
+FAR = 1.0  # m: a prediction that is off by more tells nothing (the penalty of the accuracy measure)
+NEAR = 0.1  # m: one that is off by less is right
+_RIGHT = 0.4  # weight of being right within NEAR, against the square of the difference
+
+
+class Sights:
+    """The lines that each of the beams (N scans x B) meets, the nearest first.
+
+    line     (N B, DEPTH) index, -1 = no more
+    distance (N B, DEPTH) m
+    along    (N B, DEPTH) m, from the start of the line
+    """
+
+    def __init__(self, poses: np.ndarray, bearings: np.ndarray, ranges: np.ndarray) -> None:
+        """``poses`` (N, 3) of the laser, ``bearings`` (B,) ascending, ``ranges`` (N, B) [m], 0 = not usable."""
+        self.poses, self.bearings = np.ascontiguousarray(poses, float), np.ascontiguousarray(bearings, float)
+        self.ranges = np.ascontiguousarray(ranges, float)
+        self.reach = float(ranges.max(initial=0.0)) + FAR
+        self.clear()
+
+    def clear(self) -> None:
+        shape = (self.ranges.size, DEPTH)
+        self.line = np.full(shape, -1, np.int32)
+        self.distance = np.full(shape, np.inf, np.float32)
+        self.along = np.zeros(shape, np.float32)
+
+    def add(self, lines: np.ndarray, number: int = 0) -> None:
+        """Let the beams meet more lines (L, 2, 2), numbered from ``number`` on."""
+        lines = np.ascontiguousarray(lines, float)
+        first, worth = np.zeros(0, np.int64), np.zeros(0)
+        self._meet(lines, number, first, 0.0, worth)
+
+    def worthy(self, lines: np.ndarray, price: float, size: float) -> np.ndarray:
+        """(K, 2, 2) the stretches of further lines (L, 2, 2) that would be worth their price, each alone."""
+        first, worth = self._bins(lines, size)
+        self._meet(lines, 0, first, size, worth)
+        return _cut(lines, worth, first, price, size)[0]
+
+    def _meet(self, lines: np.ndarray, number: int, first: np.ndarray, size: float, worth: np.ndarray) -> None:
+        lines, limits = np.ascontiguousarray(lines, float), (number, self.reach, size)
+        beams = (self.poses, self.bearings, self.ranges)
+        _meet(lines, beams, limits, self.line, self.distance, self.along, first, worth)
+
+    def unexplained(self, there: np.ndarray) -> np.ndarray:
+        """(N, B) mask: echoes that come from before all lines of the mask ``there`` (L,), or from where none is."""
+        return _unexplained(self.line, self.distance, self.ranges, there)
+
+    def keep(self, there: np.ndarray, price: float, most: int, highest: float) -> np.ndarray:
+        """(L,) mask: the lines of ``there`` that are worth their ``price`` [readings]; the others go one by one.
+
+        If more than ``most`` are left, the price rises until they are that few, but not above ``highest``.
+        """
+        there = _keep(self.line, self.distance, self.ranges.ravel(), there.copy(), (price, float(most), highest))
+        _forget(self.line, self.distance, self.along, there)
+        return there
+
+    def stretches(self, lines: np.ndarray, price: float, size: float) -> tuple[np.ndarray, np.ndarray]:
+        """(K, 2, 2) the stretches of the lines worth most together, each for its price, and the line of each (K,).
+
+        ``size`` [m] is how finely lines are cut. What nobody looked at stays.
+        """
+        first, worth = self._bins(lines, size)
+        _worth_along(self.line, self.distance, self.along, self.ranges.ravel(), first, size, worth)
+        return _cut(lines, worth, first, price, size)
+
+    @staticmethod
+    def _bins(lines: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+        """Stretches of all lines: those of line k are ``first[k]:first[k + 1]``; and room for their worth."""
+        count = np.maximum(1, np.ceil(geometry.lengths(lines) / size)).astype(np.int64)
+        first = np.concatenate([[0], np.cumsum(count)])
+        return first, np.zeros(first[-1])
+
+
+def _cut(
+    lines: np.ndarray, worth: np.ndarray, first: np.ndarray, price: float, size: float
+) -> tuple[np.ndarray, np.ndarray]:
+    runs, of = _best(worth, first, price)
+    length = geometry.lengths(lines)[of][:, None]
+    t = np.minimum(runs * size, length) / length
+    return lines[of, :1] + t[..., None] * (lines[of, 1:] - lines[of, :1]), of
+
+
+@kernel
+def _meet(lines, beams, limits, line, distance, along, first_of, worth):  # type: ignore[no-untyped-def]
+    """Let the beams meet the lines; or, where there are ``first_of``, add up what they gain by each stretch."""
+    poses, bearings, ranges = beams
+    number, reach, size = limits
+    cos, sin, turn = np.cos(bearings), np.sin(bearings), 2 * np.pi
+    n_beams, ahead = len(bearings), bearings[0] >= -0.5 * np.pi - 1e-3 and bearings[-1] <= 0.5 * np.pi + 1e-3
+    for n in range(len(poses)):
+        x, y, c, s = poses[n, 0], poses[n, 1], np.cos(poses[n, 2]), np.sin(poses[n, 2])
+        for k in range(len(lines)):
+            dx, dy = lines[k, 0, 0] - x, lines[k, 0, 1] - y
+            ax, ay = c * dx + s * dy, c * dy - s * dx
+            dx, dy = lines[k, 1, 0] - x, lines[k, 1, 1] - y
+            bx, by = c * dx + s * dy, c * dy - s * dx
+            if ahead and ax < -0.01 and bx < -0.01:
+                continue
+            if (min(abs(ax), abs(bx)) > reach and ax * bx > 0) or (min(abs(ay), abs(by)) > reach and ay * by > 0):
+                continue
+            area = ax * by - ay * bx
+            flipped = area < 0.0
+            if flipped:
+                ax, ay, bx, by, area = bx, by, ax, ay, -area
+            ex, ey = bx - ax, by - ay
+            length = np.sqrt(ex * ex + ey * ey)
+            if area > reach * length or area <= 1e-9 * length:  # too far, or seen edge on
+                continue
+            first, last = np.arctan2(ay, ax), np.arctan2(by, bx)
+            if last < first:
+                last += turn
+            for shift in range(-1, 2):
+                i = np.searchsorted(bearings, first + shift * turn - 1e-12)
+                while i < n_beams and bearings[i] <= last + shift * turn + 1e-12:
+                    down = cos[i] * ey - sin[i] * ex
+                    if down > 0.0 and ranges[n, i] > 0.0 and area < (ranges[n, i] + FAR) * down:
+                        r = area / down
+                        at = ((cos[i] * r - ax) * ex + (sin[i] * r - ay) * ey) / length
+                        at = length - at if flipped else at
+                        b = n * n_beams + i
+                        if len(first_of) == 0:
+                            _insert(b, number + k, r, at, line, distance, along)
+                        elif r < distance[b, 0]:
+                            gain = _cost(line[b, 0] >= 0, distance[b, 0], ranges[n, i]) - _cost(True, r, ranges[n, i])
+                            worth[min(first_of[k] + int(max(at, 0.0) / size), first_of[k + 1] - 1)] += gain
+                    i += 1
+
+
+@inner
+def _insert(b, k, r, at, line, distance, along):  # type: ignore[no-untyped-def]
+    j = DEPTH - 1
+    if r >= distance[b, j]:
+        return
+    while j > 0 and distance[b, j - 1] > r:
+        line[b, j], distance[b, j], along[b, j] = line[b, j - 1], distance[b, j - 1], along[b, j - 1]
+        j -= 1
+    line[b, j], distance[b, j], along[b, j] = k, r, at
+
+
+@kernel
+def _forget(line, distance, along, there):  # type: ignore[no-untyped-def]
+    """Take the lines that are gone from the beams."""
+    for b in range(len(line)):
+        left = 0
+        for j in range(DEPTH):
+            k = line[b, j]
+            if k >= 0 and there[k]:
+                line[b, left], distance[b, left], along[b, left] = k, distance[b, j], along[b, j]
+                left += 1
+        for j in range(left, DEPTH):
+            line[b, j], distance[b, j] = -1, np.inf
+
+
+@inner
+def _cost(hit, r, z):  # type: ignore[no-untyped-def]
+    """What is lost of a reading z where r is predicted, or nothing: 0 to 1."""
+    if not hit:
+        return 1.0
+    d = abs(r - z)
+    far, near = min(d / FAR, 1.0), min(d / NEAR, 1.0)
+    return (1.0 - _RIGHT) * far * far + _RIGHT * near * near
+
+
+@inner
+def _first_two(line, b, there):  # type: ignore[no-untyped-def]
+    """The first two lines that are there among those that beam b meets, or -1."""
+    one = -1
+    for j in range(DEPTH):
+        k = line[b, j]
+        if k < 0:
+            break
+        if there[k]:
+            if one >= 0:
+                return one, j
+            one = j
+    return one, -1
+
+
+@kernel
+def _unexplained(line, distance, ranges, there):  # type: ignore[no-untyped-def]
+    out = np.zeros(ranges.shape, np.bool_)
+    for n in range(ranges.shape[0]):
+        for i in range(ranges.shape[1]):
+            b = n * ranges.shape[1] + i
+            j, _ = _first_two(line, b, there)
+            out[n, i] = ranges[n, i] > 0.0 and (j < 0 or distance[b, j] > ranges[n, i] + NEAR)
+    return out
+
+
+@kernel
+def _keep(line, distance, z, there, limits):  # type: ignore[no-untyped-def]
+    price, most, highest = limits
+    count = len(there)
+    worth, version, left = np.zeros(count), np.zeros(count, np.int64), 0
+    first = np.zeros(count + 2, np.int64)
+    for b in range(len(z)):
+        for j in range(DEPTH):
+            if line[b, j] >= 0 and there[line[b, j]]:
+                first[line[b, j] + 2] += 1
+    for k in range(count):
+        first[k + 2] += first[k + 1]
+        left += there[k]
+    beams = np.zeros(first[count + 1], np.int64)
+    for b in range(len(z)):  # beams by line: those of k are ``beams[first[k]:first[k + 1]]``
+        for j in range(DEPTH):
+            k = line[b, j]
+            if k >= 0 and there[k]:
+                beams[first[k + 1]] = b
+                first[k + 1] += 1
+        _give(line, distance, b, z[b], there, worth, 1.0)
+    heap = [(worth[k], k, 0) for k in range(count) if there[k]]
+    heapq.heapify(heap)
+    while len(heap) > 0:
+        least, k, of = heapq.heappop(heap)
+        if not there[k] or of != version[k]:
+            continue
+        if least >= price and (left <= most or least >= highest):
+            break
+        left -= 1
+        others = {k}
+        for e in range(first[k], first[k + 1]):
+            others.add(_give(line, distance, beams[e], z[beams[e]], there, worth, -1.0))
+        there[k] = False
+        for e in range(first[k], first[k + 1]):
+            others.add(_give(line, distance, beams[e], z[beams[e]], there, worth, 1.0))
+        for other in others:
+            if other >= 0 and there[other]:
+                version[other] += 1
+                heapq.heappush(heap, (worth[other], other, version[other]))
+    return there
+
+
+@inner
+def _give(line, distance, b, z, there, worth, sign):  # type: ignore[no-untyped-def]
+    """Add what beam b gains by the first line that it meets; that line, or -1."""
+    one, two = _first_two(line, b, there)
+    if one < 0:
+        return -1
+    worth[line[b, one]] += sign * (_cost(two >= 0, distance[b, two], z) - _cost(True, distance[b, one], z))
+    return np.int64(line[b, one])
+
+
+@kernel
+def _worth_along(line, distance, along, z, first, size, worth):  # type: ignore[no-untyped-def]
+    """Add up the worth of each stretch where all lines are there."""
+    for b in range(len(z)):
+        k = line[b, 0]
+        if k >= 0:
+            at = min(first[k] + int(along[b, 0] / size), first[k + 1] - 1)
+            worth[at] += _cost(line[b, 1] >= 0, distance[b, 1], z[b]) - _cost(True, distance[b, 0], z[b])
+
+
+@kernel
+def _best(worth, first, price):  # type: ignore[no-untyped-def]
+    """Stretches (K, 2) [bins] that are worth most, less a price each, and their lines: by dynamic programming."""
+    runs, of, n = np.zeros((len(worth), 2), np.int64), np.zeros(len(worth), np.int64), 0
+    began, ended = np.zeros(len(worth), np.bool_), np.zeros(len(worth), np.bool_)
+    for k in range(len(first) - 1):
+        out, within = 0.0, -np.inf  # the best up to here, if here nothing is there, or something
+        for b in range(first[k], first[k + 1]):
+            began[b], ended[b] = out - price > within, within > out
+            out, within = max(out, within), max(out - price, within) + worth[b] + 1e-6  # what nobody saw stays
+        there, fresh = within > out, True
+        for b in range(first[k + 1] - 1, first[k] - 1, -1):
+            if not there:
+                there = ended[b]
+                continue
+            if fresh:
+                of[n], runs[n, 1] = k, b + 1 - first[k]
+                n += 1
+            runs[n - 1, 0] = b - first[k]
+            there = not began[b]
+            fresh = not there
+    return runs[:n], of[:n]
