@@ -13,6 +13,9 @@ from rgcore.cache import Cache
 from rgcore.config import Config
 from rgcore.errors import InputError
 from rgcore.lines.accuracy import Accuracy, measure_accuracy
+from rgcore.lines.adapt import adapt
+from rgcore.lines.adaptation import Adaptation
+from rgcore.lines.complete import complete_lines
 from rgcore.lines.merge import Lines, merge_lines
 from rgcore.model.assemble import assemble
 from rgcore.model.records import RGMap
@@ -30,7 +33,7 @@ from rgcore.slam.trajectory import Trajectory
 
 T = TypeVar("T")
 
-STAGES = ("extract", "slam", "freespace", "places", "lines", "accuracy", "classes", "objects")
+STAGES = ("extract", "slam", "freespace", "places", "adapt", "lines", "accuracy", "classes", "objects")
 """The stages in their order, as they are named in progress, cache and timings."""
 
 
@@ -44,6 +47,7 @@ class Run:
     trajectory: Trajectory
     free: FreeSpace
     places: Places
+    adaptation: Adaptation | None
     lines: Lines
     line_of: np.ndarray
     accuracy: Accuracy
@@ -78,7 +82,20 @@ def run(
     free = stages("freespace", lambda: free_space(log, trajectory, c.places), c.places, "slam")
     found = stages("places", lambda: find_places(free, log, trajectory, segments, c.places), "freespace", "extract")
     regions = region_of_segments(segments, trajectory, found)
-    lines, line_of = stages("lines", lambda: merge_lines(segments, trajectory, regions, c.lines), c.lines, "places")
+    fitted = stages(
+        "adapt",
+        lambda: adapt(log, segments, trajectory, regions, len(found.regions), c.lines, c.accuracy, c.adapt),
+        *(c.lines, c.accuracy, c.adapt, "places"),
+    )
+    by_region = fitted.settings(c.lines) if fitted else ()
+    lines, line_of = stages(
+        "lines",
+        lambda: complete_lines(
+            *merge_lines(segments, trajectory, regions, c.lines, by_region),
+            *(log, segments, trajectory, lambda at: found.labels.at(at, outside=-1), c.lines),
+        ),
+        *(c.lines, "adapt"),
+    )
     places = snap_posts(found, lines, c.places)
     accuracy = stages(
         "accuracy", lambda: measure_accuracy(log, trajectory, lines.ends, c.accuracy), c.accuracy, "lines"
@@ -89,7 +106,20 @@ def run(
     scan_regions = places.labels.at(trajectory.map_from_base[:, :2], outside=-1)
     map_ = assemble(log, c, segments, places, lines, line_of, accuracy, classes, objects, scan_regions)
     return Run(
-        log, c, segments, trajectory, free, places, lines, line_of, accuracy, classes, objects, map_, stages.seconds
+        log,
+        c,
+        segments,
+        trajectory,
+        free,
+        places,
+        fitted,
+        lines,
+        line_of,
+        accuracy,
+        classes,
+        objects,
+        map_,
+        stages.seconds,
     )
 
 

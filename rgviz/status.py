@@ -16,6 +16,7 @@ STAGES = {
     "slam": "Finding the robot's way",
     "freespace": "Seeing free space",
     "places": "Finding regions and gateways",
+    "adapt": "Adapting to each region",
     "lines": "Merging lines",
     "accuracy": "Measuring accuracy",
     "classes": "Telling classes",

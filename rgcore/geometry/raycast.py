@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rgcore.geometry.compiled import kernel
+from rgcore.geometry.compiled import inner, kernel
 
 
 def cast(
@@ -35,24 +35,12 @@ def _cast(
     """A segment concerns only the beams between its ends: those are found by bisection, the others never looked at."""
     cos, sin, turn = np.cos(bearings), np.sin(bearings), 2 * np.pi
     for n in range(len(poses)):
-        x, y = poses[n, 0], poses[n, 1]
-        c, s = np.cos(poses[n, 2]), np.sin(poses[n, 2])
         for k in range(len(segments)):
-            dx, dy = segments[k, 0] - x, segments[k, 1] - y
-            ax, ay = c * dx + s * dy, c * dy - s * dx
-            dx, dy = segments[k, 2] - x, segments[k, 3] - y
-            bx, by = c * dx + s * dy, c * dy - s * dx
-            area = ax * by - ay * bx
-            if area < 0.0:
-                ax, ay, bx, by, area = bx, by, ax, ay, -area
-            ex, ey = bx - ax, by - ay
-            length = np.sqrt(ex * ex + ey * ey)
-            if area > max_range * length or area <= 1e-9 * length:  # too far, or seen edge on
+            first, last, ex, ey, area = facing(
+                segments[k, 0], segments[k, 1], segments[k, 2], segments[k, 3], poses[n], max_range
+            )
+            if area <= 0.0:
                 continue
-            first = np.arctan2(ay, ax)
-            last = np.arctan2(by, bx)
-            if last < first:
-                last += turn
             for shift in (-turn, 0.0, turn):
                 i = np.searchsorted(bearings, first + shift - 1e-12)
                 while i < len(bearings) and bearings[i] <= last + shift + 1e-12:
@@ -63,3 +51,26 @@ def _cast(
                             ranges[n, i] = r
                             hit[n, i] = k
                     i += 1
+
+
+@inner
+def facing(x1, y1, x2, y2, pose, max_range):  # type: ignore[no-untyped-def]
+    """A segment as a laser at ``pose`` sees it: the bearings of its ends, its direction from the first to the last, and
+    twice the area of the triangle that it spans, 0 where it is too far or seen edge on.
+
+    A beam of bearing b between the two meets it at the range area / (cos(b) ey - sin(b) ex).
+    """
+    c, s = np.cos(pose[2]), np.sin(pose[2])
+    dx, dy = x1 - pose[0], y1 - pose[1]
+    ax, ay = c * dx + s * dy, c * dy - s * dx
+    dx, dy = x2 - pose[0], y2 - pose[1]
+    bx, by = c * dx + s * dy, c * dy - s * dx
+    area = ax * by - ay * bx
+    if area < 0.0:
+        ax, ay, bx, by, area = bx, by, ax, ay, -area
+    ex, ey = bx - ax, by - ay
+    length = np.sqrt(ex * ex + ey * ey)
+    if area > max_range * length or area <= 1e-9 * length:
+        return 0.0, 0.0, ex, ey, 0.0
+    first, last = np.arctan2(ay, ax), np.arctan2(by, bx)
+    return first, last + 2 * np.pi if last < first else last, ex, ey, area

@@ -15,6 +15,7 @@ import numpy as np
 from rgcore import __version__
 from rgcore.errors import ProjectError
 from rgcore.evidence import Evidence
+from rgcore.lines.adaptation import Adaptation
 from rgcore.model.base import decode_map, encode_map
 from rgcore.model.cloud import thinned
 from rgcore.model.conflict import Conflict
@@ -158,6 +159,8 @@ def _write_run(path: Path, name: str, run: Run, entries: Sequence[Do], conflicts
         write_file(new / "trajectory.npz", _saved(run.trajectory))
         write_file(new / "points.npz", _npz(points=points, scans=scans))
         write_file(new / "base.json", encode_map(run.map))
+        if run.adaptation is not None:
+            write_file(new / "adapt.json", msgspec.json.encode(run.adaptation, order="sorted"))
         write_file(new / "edits.jsonl", encode_journal(entries))
         write_file(new / "conflicts.json", _json(list(conflicts)))
         sync_folder(new)
@@ -193,6 +196,12 @@ def read_info(where: Path) -> RunInfo:
 
 def read_base(where: Path) -> RGMap:
     return _read(where / "base.json", decode_map)
+
+
+def read_adaptation(where: Path) -> Adaptation | None:
+    """What the parameters adapted to; None in a run without it, of an older version or with it switched off."""
+    file = where / "adapt.json"
+    return _read(file, lambda data: msgspec.json.decode(data, type=Adaptation)) if file.exists() else None
 
 
 def read_conflicts(where: Path) -> tuple[Conflict, ...]:

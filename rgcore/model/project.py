@@ -1,7 +1,7 @@
 """The project: a folder that holds the runs of a map and what people did to it.
 
     office.rg/  project.toml  current  lock  cache/
-                runs/0001/  run.json  trajectory.npz  points.npz  base.json  edits.jsonl  conflicts.json
+                runs/0001/  run.json  trajectory.npz  points.npz  base.json  adapt.json  edits.jsonl  conflicts.json
 
 One process writes (``lock``); others read. A run's folder is written whole under another name, then ``current`` is
 flipped.
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rgcore.errors import ProjectError
+from rgcore.lines.adaptation import Adaptation
 from rgcore.model import folder
 from rgcore.model.conflict import Conflict
 from rgcore.model.edits import Edit
@@ -116,6 +117,11 @@ class Project:
     @property
     def history(self) -> History:
         return self._history
+
+    @property
+    def adaptation(self) -> Adaptation | None:
+        """How the parameters of merging adapted to the regions of ``base``; None in a run without that."""
+        return folder.read_adaptation(self.path / "runs" / self.run_name)
 
     @property
     def points(self) -> np.ndarray:

@@ -98,5 +98,6 @@ def make_run(map: RGMap, scans: int = 40, moved: tuple[float, float, float] = (0
         config=Config(),
         trajectory=Trajectory(stamps, poses, np.zeros(3)),
         map=map,
+        adaptation=None,
         seconds={"extract": 0.1, "slam": 1.23456},
     )
