@@ -20,6 +20,12 @@ OPPOSITE = 0.9
 LOOK = 4.0
 """m: how far ahead and behind a chord the width of the free space is measured."""
 
+FAN = np.radians(np.arange(-75.0, 76.0, 15.0))
+"""Directions of the beams of a fan, from straight ahead towards the second post."""
+
+NEAR = (1.0, 2.0, 3.5)
+"""m: how far from a chord the largest disc of free space is looked for."""
+
 
 @dataclass(frozen=True, eq=False)
 class Chords(Evidence):
@@ -34,6 +40,9 @@ class Chords(Evidence):
                        along that line; 0 where the line is blocked before
     runs     (K, 2)    how far a wall goes on beyond each post in line with the chord, up to half of ``LOOK``
     thick    (K, 2)    how thick that wall is a little beyond each post, up to half of ``LOOK``
+    fan      (K, 2, F) ranges from the middle ahead and behind, in the directions ``FAN``, up to 1.5 times ``LOOK``
+    disc     (K, 2, 3) radius of the largest disc of free space ahead and behind whose centre the fan sees, as far away
+                       as ``NEAR`` says
     offsets  (S,)      positions along the way through, from behind (negative) to ahead
     """
 
@@ -45,6 +54,8 @@ class Chords(Evidence):
     profile: np.ndarray
     runs: np.ndarray
     thick: np.ndarray
+    fan: np.ndarray
+    disc: np.ndarray
     offsets: np.ndarray
 
     @classmethod
@@ -52,11 +63,8 @@ class Chords(Evidence):
         return frozenset({"offsets"})
 
 
-def find_chords(free: np.ndarray, resolution: float, settings: Settings, where: np.ndarray | None = None) -> Chords:
-    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening.
-
-    With a mask ``where`` (H, W) only those near the medial axis within it.
-    """
+def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chords:
+    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening."""
     distance, nearest = clearance(free)
     low, high = 0.5 * settings.min_gateway / resolution, 0.5 * settings.max_gateway / resolution
     posts = []
@@ -68,14 +76,12 @@ def find_chords(free: np.ndarray, resolution: float, settings: Settings, where: 
         y, x = np.nonzero((d > low) & (d < high))
         a, b = nearest[here][y, x], nearest[there][y, x]
         keep = np.hypot(*(a - b).T) > 2 * OPPOSITE * d[y, x]
-        if where is not None:
-            keep &= where[y, x]
         posts.append(np.stack([a[keep], b[keep]], 1))
     pairs = _unique(np.concatenate(posts))
     turned = [in_line(free, p, resolution) for p in (pairs, pairs[:, ::-1])]
     pairs = _unique(np.concatenate([pairs, *turned]))
     gap = np.hypot(*(pairs[:, 1] - pairs[:, 0]).T) - 1
-    return measure_chords(free, pairs[(gap >= 2 * low) & (gap <= 2 * high)], resolution)
+    return measure_chords(free, pairs[(gap >= 2 * low) & (gap <= 2 * high)], resolution, distance)
 
 
 def _unique(pairs: np.ndarray) -> np.ndarray:
@@ -107,8 +113,11 @@ def in_line(free: np.ndarray, posts: np.ndarray, resolution: float) -> np.ndarra
     return np.stack([posts[:, 0], tip], 1)
 
 
-def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float) -> Chords:
-    """Chords between given cells (K, 2, 2), with what the free space and the walls around them look like."""
+def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float, distance: np.ndarray) -> Chords:
+    """Chords between given cells (K, 2, 2), with what the free space and the walls around them look like.
+
+    ``distance`` (H, W): the clearance of the free space [cells].
+    """
     a, b = posts[:, 0] + 0.5, posts[:, 1] + 0.5
     middle, gap = (a + b) / 2, np.hypot(*(b - a).T)
     along = (b - a) / np.maximum(gap, 1)[:, None]
@@ -129,4 +138,30 @@ def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float) -> Ch
         reach(blocked, p + beyond * d, across, n / 2) + reach(blocked, p + beyond * d, -across, n / 2)
         for p, d in ((a, -along), (b, along))
     ]
-    return Chords(posts, middle, along, gap - 1, ahead, profile, runs, np.stack(thick, 1), offsets)
+    fan, disc = _look_around(free, distance, middle, along, across, resolution)
+    return Chords(posts, middle, along, gap - 1, ahead, profile, runs, np.stack(thick, 1), fan, disc, offsets)
+
+
+def _look_around(
+    free: np.ndarray,
+    distance: np.ndarray,
+    middle: np.ndarray,
+    along: np.ndarray,
+    across: np.ndarray,
+    resolution: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What one sees from the middle of each chord, ahead and behind: ranges of a fan and the sizes of the space."""
+    far, step = 1.5 * LOOK / resolution, 0.35 / resolution
+    fan, disc = np.zeros((len(middle), 2, len(FAN))), np.zeros((len(middle), 2, len(NEAR)))
+    steps = np.arange(step, NEAR[-1] / resolution + 1, step)
+    for i, sign in enumerate((1, -1)):
+        beams = sign * np.cos(FAN)[:, None] * across[:, None] + np.sin(FAN)[:, None] * along[:, None]
+        starts = np.repeat(middle, len(FAN), axis=0)
+        fan[:, i] = reach(free, starts, beams.reshape(-1, 2), far).reshape(-1, len(FAN))
+        points = (middle[:, None, None] + steps[:, None] * beams[:, :, None]).astype(np.int32)
+        seen = steps < fan[:, i, :, None]
+        points[~seen] = 0
+        room = np.where(seen, distance[points[..., 1], points[..., 0]], 0).max(1)
+        for j, near in enumerate(NEAR):
+            disc[:, i, j] = room[:, steps <= near / resolution + 1].max(1)
+    return fan, disc

@@ -21,6 +21,9 @@ hallway's mouth unless something as wide as a room lies behind it."""
 HALLWAY = 3.5
 """m: no hallway is wider."""
 
+LEAST_PILLAR, PILLAR = 0.25, 0.7
+"""m: what stands between two doors in one line is no smaller and no thicker."""
+
 PIECE, THIN, THICK, DOORWAY = 0.8, 0.3, 0.5, 1.7
 """m: a thing so long and thin is a piece of wall; one no thicker than the third between two openings no wider than the
 last, in line with the walls beyond them, as well."""
@@ -74,6 +77,43 @@ def _parts_doors(
             ok &= reach(walls, wall, sign * direction, 1.0 / resolution) * resolution > 0.8
         out[k] = ok.any()
     return out
+
+
+def split_at_pillars(
+    open_: np.ndarray, mask: np.ndarray, found: Hypotheses, resolution: float, settings: Settings
+) -> tuple[np.ndarray, Hypotheses]:
+    """The hypotheses, each divided at the things in its line that were taken for clutter: pillars between doors.
+
+    ``mask``: the free cells with all that stands in them. A thing counts where a robot fits through on both sides of
+    it; it is given back to the walls.
+    """
+    labels, stats = components(open_ & ~mask, diagonal=True)
+    labels[(np.hypot(stats[:, 2], stats[:, 3]) * resolution < LEAST_PILLAR)[labels]] = 0
+    near = grow(labels, labels == 0, 1)
+    open_ = open_.copy()
+    posts, source = [], []
+    for k, (a, b) in enumerate(found.posts.astype(float)):
+        n = max(2, round(2 * float(np.hypot(*(b - a)))))
+        at = a + np.linspace(0, 1, n + 1)[:, None] * (b - a)
+        cells = np.floor(at + 0.5).astype(int)
+        thing = near[cells[:, 1], cells[:, 0]]
+        runs = _free_runs(thing == 0)
+        wide = [(i, j) for i, j in runs if (j - i) * resolution / 2 >= settings.min_gateway]
+        pillar = n * resolution / 2 - sum(j - i for i, j in wide) * resolution / 2
+        if len(wide) < 2 or pillar > PILLAR * (len(wide) - 1):
+            wide = [(0, n)]
+        else:
+            open_ &= ~np.isin(labels, thing[thing > 0])
+        posts += [np.array([cells[i], cells[j]]) for i, j in wide]
+        source += [k] * len(wide)
+    out = found[np.array(source, int)]
+    return open_, Hypotheses(np.array(posts, int).reshape(-1, 2, 2), out.score, out.kind, out.weak)
+
+
+def _free_runs(free: np.ndarray) -> list[tuple[int, int]]:
+    """First and last index of each run of true values."""
+    edge = np.flatnonzero(np.diff(np.concatenate([[False], free, [False]]).astype(np.int8)))
+    return [(int(i), int(j) - 1) for i, j in edge.reshape(-1, 2)]
 
 
 def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Settings) -> tuple[np.ndarray, list[int]]:

@@ -1,7 +1,8 @@
 """Random office floors with their true gateways, to train the gateway network on: never a building of a test.
 
-A hallway with a branch, rooms along both, closets, lobbies, doors of many widths at any place of a wall (beside corners
-too), and what makes doors hard to tell: cabinets at walls, desks, screens, table legs.
+A hallway with a branch, a bend or a lobby at its end, rooms along both, closets, doors of many widths at any place of a
+wall (beside corners too), in niches, in pairs with a pillar between them, and what makes doors hard to tell: their
+leaves, cabinets at walls, desks, screens, table legs, glass.
 """
 
 from __future__ import annotations
@@ -26,7 +27,11 @@ RASTER = 0.025
 
 @dataclass
 class Floor:
-    """Free rectangles, blocked quadrilaterals (4, 2) and gateways (post, post, kind), in metres; ``turn`` in rad."""
+    """Free rectangles, blocked quadrilaterals (4, 2) and gateways (post, post, kind), in metres; ``turn`` in rad.
+
+    ``spaces``: free polygons (n, 2) that are no rectangles along the axes. ``glass``: discs (x, y, radius) within
+    which many echoes are missing.
+    """
 
     thickness: float
     turn: float
@@ -34,6 +39,9 @@ class Floor:
     doors: list[Rect] = field(default_factory=list)
     blocked: list[np.ndarray] = field(default_factory=list)
     gateways: list[tuple[np.ndarray, np.ndarray, str]] = field(default_factory=list)
+    spans: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
+    spaces: list[np.ndarray] = field(default_factory=list)
+    glass: list[tuple[float, float, float]] = field(default_factory=list)
 
     def door(self, a: tuple[float, float], b: tuple[float, float], kind: str = "door") -> None:
         """A gap in a wall that runs along x or y; a and b are its posts in the middle of the wall."""
@@ -49,9 +57,9 @@ class Floor:
 
 def random_floor(rng: np.random.Generator) -> Floor:
     """One floor; all its doors are as wide as one of a few sizes."""
-    t = float(rng.choice([0.06, 0.1, 0.15, 0.25, 0.35]))
+    t = float(rng.choice([0.06, 0.1, 0.15, 0.25, 0.35, 0.5]))
     f = Floor(t, float(rng.uniform(0, np.pi / 2)) if rng.random() < 0.7 else 0.0)
-    wide = float(rng.uniform(1.2, 3.0))
+    wide = float(rng.uniform(1.2, 3.0) if rng.random() < 0.85 else rng.uniform(3.0, 3.8))
     length = float(rng.uniform(12, 30))
     f.rooms.append((0.0, 0.0, length, wide))
     branch = _branch(f, rng, length, wide)
@@ -66,11 +74,71 @@ def random_floor(rng: np.random.Generator) -> Floor:
             start = x1
     if alike:
         _mirror(f, rng, wide, since)
+    if rng.random() < 0.3:
+        _niches(f, rng, wide)
     for at, sign in ((0.0, -1), (length, 1)):
         _end(f, rng, at, sign, wide)
+    if rng.random() < 0.5:
+        _leaves(f, rng)
     for room in list(f.rooms):
         _furnish(f, rng, room)
+    for x0, y0, x1, y1 in f.rooms if rng.random() < 0.3 else ():
+        if rng.random() < 0.5:
+            x, y = rng.uniform(x0, x1), rng.uniform(y0, y1)
+            side = rng.choice(["x", "y"])
+            f.glass.append((x, rng.choice([y0, y1]), 0.8) if side == "x" else (rng.choice([x0, x1]), y, 0.8))
     return f
+
+
+def _niches(f: Floor, rng: np.random.Generator, wide: float) -> None:
+    """Doors set back from the hallway: the wall is cut away before them, on the side of the hallway."""
+    t = f.thickness
+    deep, beside = float(rng.uniform(0.15, 0.8)), float(rng.uniform(0.05, 0.6))
+    for a, b, kind in f.gateways:
+        if kind == "door" and a[1] == b[1] and min(abs(a[1] + t / 2), abs(a[1] - wide - t / 2)) < 0.01:
+            sign = 1 if a[1] > 0 else -1
+            edge = wide if sign > 0 else 0.0
+            span = a[0] - beside - t, b[0] + beside + t
+            behind = [r for r in f.rooms if r[0] < span[1] and r[2] > span[0] and _adjoins(r, edge, sign, t)]
+            if any(r[3] - r[1] < deep + t + 1.2 for r in behind) or any(
+                p[0] == q[0] and span[0] - t < p[0] < span[1] + t and min(abs(p[1] - edge), abs(q[1] - edge)) < deep + t
+                for p, q, _ in f.gateways
+            ):
+                continue
+            low, high = sorted((edge, edge + sign * deep))
+            moved = [(r, (r[0], r[1] + deep, *r[2:]) if sign > 0 else (*r[:3], r[3] - deep)) for r in behind]
+            f.rooms = [dict(moved).get(r, r) for r in f.rooms]
+            f.spaces.append(_corners((a[0] - beside, low - 0.05, b[0] + beside, high + 0.0)))
+            a[1] = b[1] = edge + sign * (deep + t / 2)
+            low, high = sorted((edge, edge + sign * (deep + t + 2 * RASTER)))
+            f.doors.append((a[0], low, b[0], high))
+
+
+def _adjoins(room: Rect, edge: float, sign: int, t: float) -> bool:
+    """Whether the wall of the hallway is that of the room as well."""
+    return abs((room[1] if sign > 0 else room[3]) - edge - sign * t) < 0.02
+
+
+def _corners(r: Rect) -> np.ndarray:
+    x0, y0, x1, y1 = r
+    return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+
+
+def _leaves(f: Floor, rng: np.random.Generator) -> None:
+    """Leaves of open doors, hinged at a post, standing at any angle that leaves the way free."""
+    for a, b, kind in f.gateways:
+        gap = np.hypot(*(b - a))
+        if kind != "door" or gap > 1.3 or rng.random() < 0.4:
+            continue
+        if rng.random() < 0.5:
+            a, b = b, a
+        u = (b - a) / gap
+        n = np.array([-u[1], u[0]]) * rng.choice([-1, 1])
+        turn = np.radians(rng.uniform(80, 165))
+        d = np.cos(turn) * u + np.sin(turn) * n
+        w = np.array([-d[1], d[0]]) * 0.025
+        start = a + (f.thickness / 2) * n - 0.03 * u
+        f.blocked.append(np.array([start - w, start + gap * d - w, start + gap * d + w, start + w]))
 
 
 def _branch(
@@ -117,6 +185,8 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
                 gap = float(rng.uniform(2.4, min(4.9, 0.8 * w)))
                 at = x + float(rng.uniform(0.2, w - gap - 0.2))
                 f.door((at, wall), (at + gap, wall))
+            elif w > 2.6 and rng.random() < 0.12:
+                _pair(f, rng, (x, x + w), wall)
             elif rng.random() < 0.88:
                 gap = _door_width(rng, w)
                 corner = float(rng.uniform(0, 0.3))
@@ -133,6 +203,21 @@ def _row(f: Floor, rng: np.random.Generator, x0: float, x1: float, edge: float, 
         before = True
         x += w + t
     _thin_out(f)
+
+
+def _pair(f: Floor, rng: np.random.Generator, span: tuple[float, float], wall: float) -> None:
+    """Two or three wide doors side by side with a pillar between each two."""
+    n = 2 if rng.random() < 0.8 or span[1] - span[0] < 4 else 3
+    pillar = float(rng.uniform(0.12, 0.45))
+    gap = float(min(rng.uniform(0.75, 1.9), (span[1] - span[0] - 0.2 - (n - 1) * pillar) / n))
+    if gap < 0.65:
+        return
+    rest = span[1] - span[0] - 0.2 - n * gap - (n - 1) * pillar
+    at = span[0] + 0.1 + float(rng.uniform(0, max(rest, 1e-6)))
+    for i in range(n):
+        x = at + i * (gap + pillar)
+        f.door((x, wall), (x + gap, wall))
+    f.spans.append((np.array([at, wall]), np.array([at + n * gap + (n - 1) * pillar, wall])))
 
 
 def _closet(f: Floor, rng: np.random.Generator, room: Rect, side: int) -> None:
@@ -161,11 +246,13 @@ def _mirror(f: Floor, rng: np.random.Generator, wide: float, since: tuple[int, i
 def _thin_out(f: Floor) -> None:
     """Drop doors that overlap another one: what is left of the wall between them would be no wall."""
     kept: list[int] = []
-    for i, (a, b, _) in enumerate(f.gateways):
-        clash = any(
+    for i, (a, b, kind) in enumerate(f.gateways):
+        clash = kind != "junction" and any(
             np.hypot(*((a + b) / 2 - (p + q) / 2)) < 0.25 + 0.5 * (np.hypot(*(b - a)) + np.hypot(*(q - p)))
             and abs((b - a) @ (q - p)) > 0
-            for p, q, _ in (f.gateways[j] for j in kept)
+            and not any(min((b - r) @ (s - r), (a - r) @ (s - r)) >= 0 and abs(a[1] - r[1]) < 0.01 for r, s in f.spans)
+            for p, q, other in (f.gateways[j] for j in kept)
+            if other != "junction"
         )
         if not clash:
             kept.append(i)
@@ -176,21 +263,55 @@ def _thin_out(f: Floor) -> None:
 
 def _end(f: Floor, rng: np.random.Generator, at: float, sign: int, wide: float) -> None:
     """What the hallway ends in: a wall, a door, or a lobby as wide as it likes."""
-    what = rng.choice(["wall", "door", "lobby", "lobby"])
+    what = rng.choice(["wall", "door", "lobby", "bend", "hall"], p=[0.15, 0.2, 0.35, 0.15, 0.15])
     if what == "wall":
         return
     t = f.thickness
-    y0, y1 = -float(rng.uniform(0.2, 4)), wide + float(rng.uniform(0.2, 4))
+    if what == "bend":
+        return _bend(f, rng, at, sign, wide)
+    flush = rng.random(2) < 0.25
+    y0, y1 = -float(rng.uniform(0.2, 4)) * (not flush[0]), wide + float(rng.uniform(0.2, 4)) * (not flush[1])
     deep = float(rng.uniform(3, 9))
     near, far = at + sign * t, at + sign * (t + deep)
     wall = at + sign * t / 2
     f.rooms.append((min(near, far), y0, max(near, far), y1))
-    if what == "lobby" and y1 - y0 > 1.7 * wide and deep > 1.7 * wide:
+    if what == "lobby" and y1 - y0 > 1.6 * wide and deep > 1.6 * wide:
         f.door((wall, 0.0), (wall, wide), "opening")
+        return
+    if what == "hall":  # goes on across, as a hallway: a T without a gateway of its own
+        f.rooms[-1] = (
+            min(near, far),
+            -float(rng.uniform(2, 8)),
+            min(near, far) + wide,
+            wide + float(rng.uniform(2, 8)),
+        )
+        if sign < 0:
+            f.rooms[-1] = (near - wide, f.rooms[-1][1], near, f.rooms[-1][3])
+        f.door((wall, 0.0), (wall, wide), "junction")
         return
     gap = min(_door_width(rng, wide), wide - 0.3)
     low = float(rng.uniform(0.1, wide - gap - 0.1))
     f.door((wall, low), (wall, low + gap))
+
+
+def _bend(f: Floor, rng: np.random.Generator, at: float, sign: int, wide: float) -> None:
+    """The hallway goes on at an angle; or it ends in a room that stands askew, which is an opening."""
+    turn = float(rng.uniform(0.35, 1.2)) * rng.choice([-1, 1])
+    d = np.array([sign * np.cos(turn), np.sin(turn)])
+    n = np.array([-d[1], d[0]])
+    inner = np.array([at, wide if turn > 0 else 0.0])
+    side = n * (-1 if turn * sign > 0 else 1) * wide
+    long = float(rng.uniform(3, 9))
+    f.spaces.append(np.array([inner, inner + long * d, inner + long * d + side, inner + side]))
+    f.spaces.append(np.array([inner, inner + side, [at, wide - inner[1]], [at - sign * 0.1, wide / 2]]))
+    if rng.random() < 0.5:
+        half = float(rng.uniform(1.0, 2.5)) * wide
+        tip = inner + long * d + side / 2
+        deep = float(rng.uniform(1.8, 3.5)) * wide
+        f.spaces.append(
+            np.array([tip - half * n, tip + half * n, tip + half * n + deep * d, tip - half * n + deep * d])
+        )
+        f.transition(inner + long * d, inner + long * d + side, "opening")
 
 
 def _furnish(f: Floor, rng: np.random.Generator, room: Rect) -> None:
@@ -230,7 +351,7 @@ def _block(f: Floor, x: float, y: float, w: float, h: float, turn: float) -> Non
     corners = np.array([x, y]) + corners @ np.array([[c, s], [-s, c]])
     centre, radius = corners.mean(0), np.hypot(w, h) / 2
     for a, b, _ in f.gateways:
-        if np.hypot(*((a + b) / 2 - centre)) < radius + 0.35 + 0.4 * np.hypot(*(b - a)):
+        if np.hypot(*((a + b) / 2 - centre)) < radius + 0.2 + 0.4 * np.hypot(*(b - a)):
             return
     f.blocked.append(corners)
 
@@ -239,12 +360,16 @@ def scanned(floor: Floor, rng: np.random.Generator, settings: Settings) -> FreeS
     """The free space that scans from random positions see; turns the gateways of the floor into the map frame."""
     truth, place = _raster(floor)
     floor.gateways[:] = [(place(a), place(b), kind) for a, b, kind in floor.gateways]
+    floor.gateways += [(place(a), place(b), "door") for a, b in floor.spans]
     spots = []
     for x0, y0, x1, y1 in floor.rooms:
-        if rng.random() < 0.06:
+        if rng.random() < 0.1:
             continue
         n = 2 + rng.poisson((x1 - x0) * (y1 - y0) / 4)
         spots += [place(np.array([rng.uniform(x0, x1), rng.uniform(y0, y1)])) for _ in range(n)]
+    for space in floor.spaces:
+        part = rng.dirichlet(np.ones(len(space)), 4)
+        spots += list(place(part @ space))
     spots += [(a + b) / 2 for a, b, kind in floor.gateways if kind == "door" and rng.random() < 0.8]
     position = np.array(spots)
     cells = np.floor(position / RASTER).astype(int)
@@ -255,6 +380,10 @@ def scanned(floor: Floor, rng: np.random.Generator, settings: Settings) -> FreeS
     direction = np.stack([np.cos(angle), np.sin(angle)], -1).reshape(-1, 2)
     far = 20.0 / RASTER
     r = reach(truth, np.repeat(position / RASTER, len(bearings), axis=0), direction, far) * RASTER
+    echo = np.repeat(position, len(bearings), axis=0) + r[:, None] * direction
+    for x, y, radius in floor.glass:
+        inside = np.hypot(*(echo - place(np.array([x, y]))).T) < radius
+        r[inside & (rng.random(len(r)) < 0.7)] = np.nan
     r = np.where(r >= 20.0, np.inf, r + rng.normal(0, 0.012, len(r))).reshape(angle.shape)
     poses = np.c_[position + rng.normal(0, rng.uniform(0, 0.02), position.shape), heading]
     zero = np.zeros(3)
@@ -266,7 +395,7 @@ def _raster(floor: Floor) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray
     """The floor drawn as a mask of free cells, turned by its angle, and the function from plan to map [m]."""
     c, s = np.cos(floor.turn), np.sin(floor.turn)
     turn = np.array([[c, s], [-s, c]])
-    rects = [np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) for x0, y0, x1, y1 in [*floor.rooms, *floor.doors]]
+    rects = [*(_corners(r) for r in [*floor.rooms, *floor.doors]), *floor.spaces]
     low = np.concatenate([r @ turn for r in rects]).min(0) - 1.0
     size = np.ceil((np.concatenate([r @ turn for r in rects]).max(0) + 1.0 - low) / RASTER).astype(int)
 

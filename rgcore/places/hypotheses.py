@@ -48,27 +48,38 @@ def network() -> Network:
     return Network.load(WEIGHTS)
 
 
-def features(chords: Chords, resolution: float) -> np.ndarray:
-    """(K, F) what the network sees of each chord; the side that opens first counts as the first side."""
+def features(chords: Chords, resolution: float, turned: bool = False, mirrored: bool = False) -> np.ndarray:
+    """(K, F) what the network sees of each chord; ``turned``: from the other side, ``mirrored``: in a mirror."""
     width = chords.width * resolution
     half = (width / 2)[:, None, None]
-    profile = chords.profile * resolution - half
+    order = slice(None, None, -1 if turned else 1)
+    ends = slice(None, None, -1 if mirrored else 1)
+    profile = (chords.profile * resolution - half)[:, order, ends]
     middle, step = len(chords.offsets) // 2, (chords.offsets[1] - chords.offsets[0]) * resolution
     ways = profile[:, middle:], profile[:, middle::-1]
-    depth = np.stack([_depth(w.sum(2), width, step) for w in ways], 1)
-    rest = np.stack([_stays(w.sum(2), width, step, depth[:, i]) for i, w in enumerate(ways)], 1)
-    reach = np.minimum(chords.reach * resolution, 6.0)
     at = np.round(np.array(PROBES) / step).astype(int)
-    swap = (depth[:, 1] < depth[:, 0]) | ((depth[:, 1] == depth[:, 0]) & (reach[:, 1] > reach[:, 0]))
-    columns = [np.log(width)[:, None], np.sort(chords.runs, 1) * resolution, np.sort(chords.thick, 1) * resolution]
-    narrow = np.stack([_narrows(w.sum(2), width, step) for w in ways], 1)
-    for values in (depth, rest, reach, narrow):
-        columns.append(np.where(swap[:, None], values[:, ::-1], values))
-    for first, second in ((0, 1), (1, 0)):
-        w = np.where(swap[:, None, None], ways[second][:, at], ways[first][:, at])
-        w = np.clip(np.sort(w, axis=2), -1, 3)
-        columns += [w[:, :, 0], w[:, :, 1]]
+    columns = [np.log(width)[:, None], chords.runs[:, ends] * resolution, chords.thick[:, ends] * resolution]
+    reach = np.minimum(chords.reach * resolution, 6.0)[:, order]
+    for i, way in enumerate(ways):
+        extra = way.sum(2)
+        depth = _depth(extra, width, step)
+        columns += [v[:, None] for v in (depth, _stays(extra, width, step, depth), reach[:, i])]
+        columns += [_narrows(extra, width, step)[:, None], *np.clip(way[:, at], -1, 3).transpose(2, 0, 1)]
+    fan, disc = chords.fan[:, order, ends] * resolution, chords.disc[:, order] * resolution
+    for i in range(2):
+        columns += [np.log(fan[:, i] + 0.1), np.log(disc[:, i] + 0.1), np.minimum(2 * disc[:, i] / width[:, None], 4)]
     return np.concatenate(columns, 1)
+
+
+def chances(chords: Chords, resolution: float) -> np.ndarray:
+    """(K, 4) chance of each kind: the mean over the four ways to look, where the first leaves a doubt."""
+    out = network().probabilities(features(chords, resolution))
+    open_ = out[:, 0] < 0.98
+    rest = chords[open_]
+    if len(rest):
+        views = [features(rest, resolution, t, m) for t, m in ((True, False), (False, True), (True, True))]
+        out[open_] = (out[open_] + sum(network().probabilities(v) for v in views)) / 4
+    return out
 
 
 def _depth(extra: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
@@ -97,7 +108,7 @@ def _narrows(extra: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
 
 def judge(chords: Chords, resolution: float, settings: Settings) -> Hypotheses:
     """Score the chords by the network and keep the best of those that are near each other."""
-    chance = network().probabilities(features(chords, resolution))
+    chance = chances(chords, resolution)
     if not settings.split_hallways:
         chance = chance[:, : KINDS.index("junction")]
     kind = 1 + chance[:, 1:].argmax(1)
@@ -105,23 +116,25 @@ def judge(chords: Chords, resolution: float, settings: Settings) -> Hypotheses:
     width = chords.width * resolution
     kept = np.nonzero(score >= settings.weak_confidence)[0]
     order = kept[np.argsort(-(score - 0.1 * width)[kept], kind="stable")]
-    chosen: list[int] = []
+    pick = np.zeros(0, int)
     for k in order:
-        if all(not _clash(chords, k, j, 0.5 / resolution) for j in chosen):
-            chosen.append(k)
-    pick = np.array(chosen, int)
+        if not _clashes(chords, k, pick, 0.5 / resolution).any():
+            pick = np.append(pick, k)
     needed = settings.min_confidence + np.clip(0.05 * (width - 1.5), 0, 0.4)
     return Hypotheses(chords.posts[pick], score[pick], kind[pick], (score < needed)[pick])
 
 
-def _clash(chords: Chords, a: int, b: int, near: float) -> bool:
-    """Whether two chords are the same transition: their middles are near, or one crosses the other."""
-    turned = abs(chords.along[a] @ chords.along[b]) < 0.8
-    if np.hypot(*(chords.middle[a] - chords.middle[b])) < near * (1.0 if turned else 1.5):
-        return True
-    (p, q), (r, s) = chords.posts[a].astype(float), chords.posts[b].astype(float)
+def _clashes(chords: Chords, one: int, others: np.ndarray, near: float) -> np.ndarray:
+    """Whether a chord is the same transition as each of others: their middles are near, or one crosses the other."""
+    if not len(others):
+        return np.zeros(0, bool)
+    turned = np.abs(chords.along[others] @ chords.along[one]) < 0.8
+    apart = np.hypot(*(chords.middle[others] - chords.middle[one]).T)
+    p, q = chords.posts[one].astype(float)
+    r, s = chords.posts[others, 0].astype(float), chords.posts[others, 1].astype(float)
 
-    def side(o: np.ndarray, t: np.ndarray, x: np.ndarray) -> float:
-        return float((t[0] - o[0]) * (x[1] - o[1]) - (t[1] - o[1]) * (x[0] - o[0]))
+    def side(o: np.ndarray, t: np.ndarray, x: np.ndarray) -> np.ndarray:
+        return (t[..., 0] - o[..., 0]) * (x[..., 1] - o[..., 1]) - (t[..., 1] - o[..., 1]) * (x[..., 0] - o[..., 0])
 
-    return side(p, q, r) * side(p, q, s) < 0 and side(r, s, p) * side(r, s, q) < 0
+    crossing = (side(p, q, r) * side(p, q, s) < 0) & (side(r, s, p) * side(r, s, q) < 0)
+    return (apart < near * np.where(turned, 1.0, 1.5)) | crossing

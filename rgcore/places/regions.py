@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import find_objects
 
 from rgcore.config import Places as Settings
 from rgcore.geometry import polygons, se2
 from rgcore.geometry.grid import Grid, dilate, erode
 from rgcore.places.chords import find_chords
-from rgcore.places.divide import cut, open_space
+from rgcore.places.divide import cut, free_mask, open_space, split_at_pillars
 from rgcore.places.freespace import FreeSpace
 from rgcore.places.gateways import crossings, find_gateways
 from rgcore.places.hypotheses import Hypotheses, judge
@@ -24,31 +25,17 @@ def find_places(
     """Cut the free space at its gateways; what is left in one piece is a region."""
     open_, furniture = open_space(free, settings)
     found = judge(find_chords(open_, free.resolution, settings), free.resolution, settings)
-    labels, found = divided(free, open_, furniture, found, trajectory.map_from_base[:, :2], settings)
-    return _places(labels, found, trajectory, settings)
-
-
-def divided(
-    free: FreeSpace,
-    open_: np.ndarray,
-    furniture: np.ndarray,
-    found: Hypotheses,
-    positions: np.ndarray,
-    settings: Settings,
-) -> tuple[Grid, Hypotheses]:
-    """The raster of regions (-1 = none) that the hypotheses divide the open space into, and those that do.
-
-    ``open_`` and ``furniture`` are the masks of :func:`rgcore.places.divide.open_space`; ``positions`` (N, 2) m.
-    """
-    found = _less_sure_unpassed(found, free, positions, settings)
+    found = _less_sure_unpassed(found, free, trajectory, settings)
+    open_, found = split_at_pillars(open_, free_mask(free), found, free.resolution, settings)
     labels, cuts = cut(open_, found, free.resolution, settings)
     labels[furniture] = -1
-    return free.grid(labels), found[np.array(cuts, int)]
+    return _places(free.grid(labels), found[np.array(cuts, int)], trajectory, settings)
 
 
-def _less_sure_unpassed(found: Hypotheses, free: FreeSpace, positions: np.ndarray, settings: Settings) -> Hypotheses:
+def _less_sure_unpassed(found: Hypotheses, free: FreeSpace, trajectory: Trajectory, settings: Settings) -> Hypotheses:
     """The hypotheses, weak where the robot never went through and the network is not nearly sure."""
     posts = free.origin + (found.posts + 0.5) * free.resolution
+    positions = trajectory.map_from_base[:, :2]
     passed = np.array([len(crossings(positions, a, b)) > 0 for a, b in posts], bool)
     weak = found.weak | (~passed & (found.score < settings.unpassed_confidence))
     return Hypotheses(found.posts, found.score, found.kind, weak)
@@ -66,7 +53,8 @@ def _places(labels: Grid, found: Hypotheses, trajectory: Trajectory, settings: S
     order = np.lexsort((np.arange(count), np.where(first < 0, len(at), first)))
     rank = np.append(np.argsort(order), -1).astype(np.int32)
     labels = labels.like(rank[labels.values])
-    regions = tuple(describe(labels, i, int(first[order[i]]), settings) for i in range(count))
+    boxes = find_objects(labels.values + 1)
+    regions = tuple(_region(labels, i, boxes[i], int(first[order[i]]), settings) for i in range(count))
     return Places(labels, regions, find_gateways(labels, found, positions, settings))
 
 
@@ -84,24 +72,26 @@ def _smooth(mask: np.ndarray) -> np.ndarray:
     return smooth if smooth.any() else mask
 
 
-def describe(labels: Grid, index: int, first_scan: int, settings: Settings) -> FoundRegion:
-    """Outline and box of one region."""
-    y, x = np.nonzero(labels.values == index)
-    low, high = np.array([x.min(), y.min()]) - SMOOTH - 1, np.array([x.max(), y.max()]) + SMOOTH + 2
-    mask = Grid(
-        labels.values[low[1] : high[1], low[0] : high[0]] == index,
-        labels.origin + low * labels.resolution,
-        labels.resolution,
-    )
+def _region(labels: Grid, index: int, box: tuple[slice, slice], first_scan: int, settings: Settings) -> FoundRegion:
+    """Outline and box of one region; ``box``: the rows and columns that hold it."""
+    y, x = (slice(s.start - SMOOTH - 1, s.stop + SMOOTH + 1) for s in box)
+    low = np.array([x.start, y.start])
+    mask = Grid(labels.values[y, x] == index, labels.origin + low * labels.resolution, labels.resolution)
     shape = polygons.from_mask(mask.like(_smooth(mask.values)))[0]
     shape = polygons.straighten(polygons.without_small_holes(shape, MIN_HOLE), STRAIGHT * labels.resolution)
     boundary, holes = polygons.rings(shape)
     inner = erode(mask.values, round(settings.robot_radius / labels.resolution))
-    cells = np.argwhere(inner if inner.any() else mask.values)[:, ::-1]
-    center, size, yaw = polygons.min_rectangle(mask.centers(cells))
+    center, size, yaw = polygons.min_rectangle(mask.centers(_row_ends(inner if inner.any() else mask.values)))
     return FoundRegion(
         boundary=boundary, holes=holes, box_center=center, box_size=size, box_yaw=yaw, first_scan=first_scan
     )
+
+
+def _row_ends(mask: np.ndarray) -> np.ndarray:
+    """(n, 2) first and last cell (ix, iy) of each row of a mask: they have the same hull as all its cells."""
+    rows = np.flatnonzero(mask.any(1))
+    first, last = mask[rows].argmax(1), mask.shape[1] - 1 - mask[rows, ::-1].argmax(1)
+    return np.concatenate([np.stack([first, rows], 1), np.stack([last, rows], 1)])
 
 
 PROBES = (0.1, 0.15, 0.2, 0.3)

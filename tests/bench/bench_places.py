@@ -48,7 +48,7 @@ def main(wanted: list[str]) -> None:
     runs = sorted(p.name.removesuffix(".truth.json") for p in DATA.glob("runs/*.truth.json"))
     tool = scorer()
     rows, sure = [], []
-    pipeline.run(read_log(log_of(runs[0]))[:60])
+    pipeline.run(read_log(log_of(runs[0])))
     for name in (r for r in runs if not wanted or r in wanted):
         with tempfile.TemporaryDirectory() as folder:
             row = one(name, Path(folder), tool)
