@@ -28,6 +28,9 @@ def fault(boundary: Ring, holes: tuple[Ring, ...] = ()) -> str | None:
     return f"{says} at ({', '.join(where)})" if where else says
 
 
+GRID = 1e-6
+"""m: coordinates of what is cut and joined; on a grid these operations cannot fail (snap rounding)"""
+
 PILLAR = 2.0
 """m: a cut that meets a hole no wider than this goes on behind it"""
 
@@ -42,7 +45,7 @@ def halve(shape: Polygon, path: np.ndarray) -> tuple[list[Polygon], np.ndarray]:
     drawn, far = shapely.linestrings(p), 2 * shape.length
     first, last = (p[0] - p[1]) / np.hypot(*(p[0] - p[1])), (p[-1] - p[-2]) / np.hypot(*(p[-1] - p[-2]))
     long = shapely.linestrings(np.concatenate([[p[0] + far * first], p, [p[-1] + far * last]]))
-    within = _most(_strings(long.intersection(Polygon(shape.exterior))), drawn)
+    within = _most(_strings(shapely.intersection(long, Polygon(shape.exterior))), drawn)
     bits = sorted(_strings(within.intersection(shape)), key=lambda b: within.project(shapely.Point(b.coords[0])))
     start = _most(bits, drawn)
     if start.is_empty or not long.is_simple:
@@ -91,18 +94,34 @@ def unite(shapes: Sequence[Polygon], doors: np.ndarray, others: Sequence[Polygon
     Where a wall stands between them, they are joined through ``doors`` (K, 2, 2), the posts of each, or else closed
     over the least gap, up to 0.6 m. Nothing of ``others`` is taken.
     """
-    taken = shapely.union_all(list(others))
+    taken = shapely.union_all(list(others), grid_size=GRID)
     for reach in (0.0, 0.02, 0.1, 0.2, 0.35, 0.5):
         bars = shapely.buffer(shapely.linestrings(doors), max(reach, 1e-3), cap_style="flat") if len(doors) else []
-        whole = shapely.union_all([*shapes, *(b.difference(taken) for b in bars)])
+        whole = shapely.union_all([*shapes, *(minus(b, taken) for b in bars)], grid_size=GRID)
         if len(parts(whole)) == 1:
             return parts(whole)[0]
     for reach in (0.02, 0.05, 0.1, 0.2, 0.3):
         closed = whole.buffer(reach, join_style="mitre").buffer(-reach, join_style="mitre")
-        pieces = parts(shapely.union(whole, closed.difference(taken)))
+        pieces = parts(shapely.union(whole, minus(closed, taken), grid_size=GRID))
         if len(pieces) == 1:
             return pieces[0]
     return None
+
+
+def minus(shape: shapely.Geometry, other: shapely.Geometry) -> shapely.Geometry:
+    """What is left of an area without another one."""
+    return shapely.difference(shape, other, grid_size=GRID)
+
+
+def overlap(shape: shapely.Geometry, other: shapely.Geometry) -> shapely.Geometry:
+    """What two areas have in common."""
+    return shapely.intersection(shape, other, grid_size=GRID)
+
+
+def meeting(shapes: Sequence[Polygon]) -> np.ndarray:
+    """(K, 2) indices i < j of polygons that have points in common, in rising order."""
+    found = shapely.STRtree(list(shapes)).query(list(shapes), predicate="intersects").T
+    return np.asarray(sorted((int(i), int(j)) for i, j in found if i < j)).reshape(-1, 2)
 
 
 def distance(shape: Polygon, point: tuple[float, float]) -> float:

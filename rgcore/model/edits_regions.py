@@ -67,7 +67,7 @@ class ReshapeRegion(Edit, frozen=True):
         new = replace(old, boundary=boundary, holes=holes)
         if new == old:
             return map
-        losers = claim(map, old.id, shape_of(new).difference(shape_of(old)))
+        losers = claim(map, old.id, cutting.minus(shape_of(new), shape_of(old)))
         after = put_all(map, "regions", [new, *losers])
         return settle(map, after, [old.id, *(r.id for r in losers)])
 

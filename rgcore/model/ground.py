@@ -65,9 +65,9 @@ def claim(map: RGMap, region: str, gained: Any) -> list[Region]:
     out = []
     for other in map.regions.values():
         shape = shape_of(other)
-        if other.id == region or not shape.intersects(gained) or shape.intersection(gained).area <= TOLERATED:
+        if other.id == region or not shape.intersects(gained) or cutting.overlap(shape, gained).area <= TOLERATED:
             continue
-        rest = cutting.parts(shape.difference(gained), LEAST_REGION)
+        rest = cutting.parts(cutting.minus(shape, gained), LEAST_REGION)
         if len(rest) != 1:
             how = f"cut {other.id} into {len(rest)} pieces; split it first" if rest else f"cover all of {other.id}"
             raise EditError(f"{region} would {how}{'' if rest else '; merge them instead'}")

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -134,11 +133,11 @@ def _parts(map: RGMap, width: float) -> list[set[str]]:
 
 
 def _overlaps(map: RGMap, shapes: dict[str, Any]) -> Iterator[Finding]:
-    for a, b in combinations(map.regions.values(), 2):
+    regions = list(map.regions.values())
+    for i, j in cutting.meeting([shapes[r.id] for r in regions]).tolist():
+        a, b = regions[i], regions[j]
         one, other = shapes[a.id], shapes[b.id]
-        if not one.intersects(other):
-            continue
-        common = one.intersection(other)
+        common = cutting.overlap(one, other)
         least = min(one.area, other.area)
         if common.area > OVERLAP * least:
             x, y = cutting.inner_point(max(cutting.parts(common), key=lambda p: p.area))

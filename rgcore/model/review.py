@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from rgcore.errors import EditError
+from rgcore.geometry import cutting
 from rgcore.model.edit import Edit, kind_of, put, put_all, several
 from rgcore.model.fields import AnyId, AnyIds, Code
 from rgcore.model.ground import settle, shape_of
@@ -120,7 +121,7 @@ def _fitted(map: RGMap, item: Any) -> Any:
     if isinstance(item, Region):
         shape = shape_of(item)
         for other in map.regions.values():
-            if other.id != item.id and shape.intersection(shape_of(other)).area > 0.05 * shape.area:
+            if other.id != item.id and cutting.overlap(shape, shape_of(other)).area > 0.05 * shape.area:
                 raise EditError(f"{item.id} would lie over {other.id}; delete or revert that first")
     if isinstance(item, Gateway):
         for id in item.regions:
