@@ -132,7 +132,7 @@ class Mapper:
         k = len(self) - 1
         at = (float(pose[0]), float(pose[1]), float(pose[2]))
         if self._follower is None:
-            return Step(scan=k, stamp=float(stamp), pose=at, state="in-unclassified")
+            return Step(scan=k, stamp=float(stamp), pose=at, deviation=self._deviation(), state="in-unclassified")
         events: list[Event] = self._follower.bend(self.poses()[:-1], float(stamp)) if bent else []
         events += self._follower.add(ranges, pose, float(stamp), new)
         now = self._follower.automaton
@@ -140,6 +140,7 @@ class Mapper:
             scan=k,
             stamp=float(stamp),
             pose=at,
+            deviation=self._deviation(),
             state=now.state,
             region=now.region,
             class_=now.class_,
@@ -150,6 +151,21 @@ class Mapper:
         """(N, 3) map_from_base of the scans so far, as they stand now."""
         poses: np.ndarray = se2.compose(self._lrgc.poses(), self._laser_from_base)
         return poses
+
+    def _deviation(self) -> tuple[float, float, float] | None:
+        """How far off the last scan may be on the local map: much where it does not see, as along a hallway."""
+        match = self._lrgc.match
+        if match is None:
+            return None
+        x, y, t = np.sqrt(np.diag(np.linalg.inv(match.information.sum(0) + 1e-2 * np.eye(3))))
+        return float(x), float(y), float(t)
+
+    def settled(self) -> tuple[str | None, ...]:
+        """The region that each scan so far was taken in, as the map so far sees it now; None outside all."""
+        if self._follower is None:
+            return (None,) * len(self)
+        at = self._follower.places.labels.at(self._follower.poses[: len(self), :2], outside=-1)
+        return tuple(f"r{i}" if i >= 0 else None for i in at.tolist())
 
     def snapshot(self) -> Snapshot:
         """What the map so far looks like. Takes some milliseconds, and some more for regions that have changed."""
@@ -227,6 +243,8 @@ class Mapper:
         breaks = np.array(self._lrgc.breaks, np.int64)
         run = pipeline.run(log, self.config, cache, watch, Trajectory(log.stamps, poses, self.base_from_laser, breaks))
         if self._follower is not None:
+            self._follower.bend(poses, 0.0)
+            self._follower.settle()
             self.final = _counterparts(self._follower, run)
         return run
 

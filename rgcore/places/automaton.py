@@ -202,7 +202,10 @@ class Automaton:
 
     def _cross(self, s: Sight, passage: Passage) -> list[Event]:
         """Through a gateway; what lies behind an unknown one is not known yet, unless it is the way back."""
-        last, self._passage, self._since = self._passage, passage, s.scan
+        last, self._passage = self._passage, passage
+        if last is not None and last.gateway == passage.gateway and s.scan - self._since < LEAST:
+            return []  # still on its line
+        self._since = s.scan
         self._elsewhere = ("", 0)
         if self.region is not None:
             self._from = self.region

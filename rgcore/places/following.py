@@ -22,7 +22,7 @@ from rgcore.places.classify import SHORT, angle_histogram, measures, network, re
 from rgcore.places.growing import GrowingSpace
 from rgcore.places.places import FoundRegion, Places
 from rgcore.places.regions import describe, region_of_segments
-from rgcore.places.sofar import KnownGateway, PlacesSoFar, Seen, survey
+from rgcore.places.sofar import SAME_GATEWAY, KnownGateway, PlacesSoFar, Seen, survey
 from rgcore.scans.extract import Segments, extract_scan
 from rgcore.slam.trajectory import Trajectory
 
@@ -43,6 +43,9 @@ LOOKS = 30
 
 FAR = 10.0
 """m: witnesses stand no farther off."""
+
+CERTAIN = 0.9
+"""What the network must give a gateway that only one scan tells of: a cabinet beside a wall looks like one too."""
 
 NARROWER = 0.75
 """A doorway is so much narrower than what the robot came from or goes to."""
@@ -74,6 +77,7 @@ class Follower:
         self._bent = 0  # scans there were when the map last bent
         self._way, self._surveyed = 0.0, -EVERY
         self._guessed: list[KnownGateway] = []
+        self._refusals: list[KnownGateway] = []  # guesses that a survey did not find
         self._posts = np.zeros((0, 2, 2))  # of the gateways of ``places``, where they are now
         self._gateways = 0  # numbers given
         self._widths: deque[tuple[float, float]] = deque()  # way, width beside the robot
@@ -118,12 +122,12 @@ class Follower:
         if far.max(initial=0.0) < half:
             return []
         self._bent = n
-        x, y, t = poses[-1]
+        x, y, t = poses[-1] if n else np.zeros(3)
         moved, most = int((far > half).sum()), round(float(far.max()), 3)
-        return [MapBent(scan=n - 1, stamp=stamp, pose=(float(x), float(y), float(t)), scans=moved, distance=most)]
+        return [MapBent(scan=n, stamp=stamp, pose=(float(x), float(y), float(t)), scans=moved, distance=most)]
 
     def settle(self) -> None:
-        """Cast what is stale and survey all there is, here and now."""
+        """Survey all there is anew, here and now, with all scans where they stand."""
         while self._stale:
             self._recast()
         self._pending = None
@@ -219,7 +223,7 @@ class Follower:
         if len(self._posts) and np.hypot(*(self._posts.mean(1) - there.mean(0)).T).min() < 1.0:
             return None
         sure, there = doorway.looks_like_one(self.space.window(pose[:2], doorway.WINDOW), there, settings)
-        if sure < settings.min_confidence:
+        if sure < CERTAIN or self._refused(there.mean(0)):
             return None
         self._gateways += 1
         local = se2.transform(se2.invert(pose), there)
@@ -289,8 +293,15 @@ class Follower:
                 g = replace(g, number=self._gateways)
             numbered.append(g)
         self.places = replace(places, gateways=tuple(numbered))
+        taken = {g.number for g in numbered}
+        judged = [g for g in self._guessed if g.anchor < places.scans]
+        self._refusals += [g for g in judged if g.number not in taken]
         self._guessed = [g for g in self._guessed if g.anchor >= places.scans]
         self._stand()
+
+    def _refused(self, middle: np.ndarray) -> bool:
+        """Whether a survey has refused a guess here."""
+        return any(np.hypot(*(g.posts(self.poses).mean(0) - middle)) < SAME_GATEWAY for g in self._refusals)
 
     def _stand(self) -> None:
         """Where the gateways are now."""

@@ -63,6 +63,8 @@ class Lrgc:
         self._offset: list[np.ndarray] = []  # keyframe_from_laser of a scan
         self._members = np.zeros(0, np.int64)
         self._map: LocalMap | None = None
+        self.match: Match | None = None
+        """the last scan on the local map"""
 
     def __len__(self) -> int:
         return len(self._anchor)
@@ -92,7 +94,7 @@ class Lrgc:
         last = chain(self.keyframes.poses[self._anchor[-1]], self._offset[-1])
         guess = chain(last, moved)
         match, sure = track(self.keyframes, self._map, scan, ranges, guess, deviation, s, self.has_odometry)
-        self._odometry, self._since = odometry, chain(self._since, moved)
+        self._odometry, self._since, self.match = odometry, chain(self._since, moved), match
         self._moved = between(last, match.pose)
         newest = len(self.keyframes) - 1
         offset = between(self.keyframes.poses[newest], match.pose)
