@@ -63,8 +63,11 @@ class Chords(Evidence):
         return frozenset({"offsets"})
 
 
-def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chords:
-    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening."""
+def find_chords(free: np.ndarray, resolution: float, settings: Settings, where: np.ndarray | None = None) -> Chords:
+    """All chords of the free space (H, W) that a robot may fit through and that are no wider than an opening.
+
+    With a mask ``where`` (H, W) only those near the medial axis within it.
+    """
     distance, nearest = clearance(free)
     low, high = 0.5 * settings.min_gateway / resolution, 0.5 * settings.max_gateway / resolution
     posts = []
@@ -76,6 +79,8 @@ def find_chords(free: np.ndarray, resolution: float, settings: Settings) -> Chor
         y, x = np.nonzero((d > low) & (d < high))
         a, b = nearest[here][y, x], nearest[there][y, x]
         keep = np.hypot(*(a - b).T) > 2 * OPPOSITE * d[y, x]
+        if where is not None:
+            keep &= where[y, x]
         posts.append(np.stack([a[keep], b[keep]], 1))
     pairs = _unique(np.concatenate(posts))
     turned = [in_line(free, p, resolution) for p in (pairs, pairs[:, ::-1])]
@@ -113,11 +118,14 @@ def in_line(free: np.ndarray, posts: np.ndarray, resolution: float) -> np.ndarra
     return np.stack([posts[:, 0], tip], 1)
 
 
-def measure_chords(free: np.ndarray, posts: np.ndarray, resolution: float, distance: np.ndarray) -> Chords:
+def measure_chords(
+    free: np.ndarray, posts: np.ndarray, resolution: float, distance: np.ndarray | None = None
+) -> Chords:
     """Chords between given cells (K, 2, 2), with what the free space and the walls around them look like.
 
-    ``distance`` (H, W): the clearance of the free space [cells].
+    ``distance`` (H, W): the clearance of the free space [cells], where it is known already.
     """
+    distance = clearance(free)[0] if distance is None else distance
     a, b = posts[:, 0] + 0.5, posts[:, 1] + 0.5
     middle, gap = (a + b) / 2, np.hypot(*(b - a).T)
     along = (b - a) / np.maximum(gap, 1)[:, None]

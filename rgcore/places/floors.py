@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from rgcore.config import Places as Settings
 from rgcore.geometry.grid import fill_polygons, reach
@@ -50,7 +51,7 @@ class Floor:
         self.doors.append((ax, ay - h, bx, by + h) if ay == by else (ax - h, ay, bx + h, by))
         self.gateways.append((np.array(a, float), np.array(b, float), kind))
 
-    def transition(self, a: tuple[float, float], b: tuple[float, float], kind: str) -> None:
+    def transition(self, a: ArrayLike, b: ArrayLike, kind: str) -> None:
         """A gateway where nothing is to be cut through."""
         self.gateways.append((np.array(a, float), np.array(b, float), kind))
 
@@ -279,14 +280,8 @@ def _end(f: Floor, rng: np.random.Generator, at: float, sign: int, wide: float) 
         f.door((wall, 0.0), (wall, wide), "opening")
         return
     if what == "hall":  # goes on across, as a hallway: a T without a gateway of its own
-        f.rooms[-1] = (
-            min(near, far),
-            -float(rng.uniform(2, 8)),
-            min(near, far) + wide,
-            wide + float(rng.uniform(2, 8)),
-        )
-        if sign < 0:
-            f.rooms[-1] = (near - wide, f.rooms[-1][1], near, f.rooms[-1][3])
+        left = near - wide if sign < 0 else near
+        f.rooms[-1] = (left, -float(rng.uniform(2, 8)), left + wide, wide + float(rng.uniform(2, 8)))
         f.door((wall, 0.0), (wall, wide), "junction")
         return
     gap = min(_door_width(rng, wide), wide - 0.3)

@@ -25,17 +25,32 @@ def find_places(
     """Cut the free space at its gateways; what is left in one piece is a region."""
     open_, furniture = open_space(free, settings)
     found = judge(find_chords(open_, free.resolution, settings), free.resolution, settings)
-    found = _less_sure_unpassed(found, free, trajectory, settings)
+    labels, found = divided(free, open_, furniture, found, trajectory.map_from_base[:, :2], settings)
+    return _places(labels, found, trajectory, settings)
+
+
+def divided(
+    free: FreeSpace,
+    open_: np.ndarray,
+    furniture: np.ndarray,
+    found: Hypotheses,
+    positions: np.ndarray,
+    settings: Settings,
+) -> tuple[Grid, Hypotheses]:
+    """The raster of regions (-1 = none) that the hypotheses divide the open space into, and those that do.
+
+    ``open_`` and ``furniture`` are the masks of :func:`rgcore.places.divide.open_space`; ``positions`` (N, 2) m.
+    """
+    found = _less_sure_unpassed(found, free, positions, settings)
     open_, found = split_at_pillars(open_, free_mask(free), found, free.resolution, settings)
     labels, cuts = cut(open_, found, free.resolution, settings)
     labels[furniture] = -1
-    return _places(free.grid(labels), found[np.array(cuts, int)], trajectory, settings)
+    return free.grid(labels), found[np.array(cuts, int)]
 
 
-def _less_sure_unpassed(found: Hypotheses, free: FreeSpace, trajectory: Trajectory, settings: Settings) -> Hypotheses:
+def _less_sure_unpassed(found: Hypotheses, free: FreeSpace, positions: np.ndarray, settings: Settings) -> Hypotheses:
     """The hypotheses, weak where the robot never went through and the network is not nearly sure."""
     posts = free.origin + (found.posts + 0.5) * free.resolution
-    positions = trajectory.map_from_base[:, :2]
     passed = np.array([len(crossings(positions, a, b)) > 0 for a, b in posts], bool)
     weak = found.weak | (~passed & (found.score < settings.unpassed_confidence))
     return Hypotheses(found.posts, found.score, found.kind, weak)
@@ -53,8 +68,8 @@ def _places(labels: Grid, found: Hypotheses, trajectory: Trajectory, settings: S
     order = np.lexsort((np.arange(count), np.where(first < 0, len(at), first)))
     rank = np.append(np.argsort(order), -1).astype(np.int32)
     labels = labels.like(rank[labels.values])
-    boxes = find_objects(labels.values + 1)
-    regions = tuple(_region(labels, i, boxes[i], int(first[order[i]]), settings) for i in range(count))
+    windows = find_objects(labels.values + 1)
+    regions = tuple(describe(labels, i, int(first[order[i]]), settings, windows[i]) for i in range(count))
     return Places(labels, regions, find_gateways(labels, found, positions, settings))
 
 
@@ -72,9 +87,12 @@ def _smooth(mask: np.ndarray) -> np.ndarray:
     return smooth if smooth.any() else mask
 
 
-def _region(labels: Grid, index: int, box: tuple[slice, slice], first_scan: int, settings: Settings) -> FoundRegion:
-    """Outline and box of one region; ``box``: the rows and columns that hold it."""
-    y, x = (slice(s.start - SMOOTH - 1, s.stop + SMOOTH + 1) for s in box)
+def describe(
+    labels: Grid, index: int, first_scan: int, settings: Settings, window: tuple[slice, slice] | None = None
+) -> FoundRegion:
+    """Outline and box of one region; ``window``: the rows and columns that hold it, where they are known."""
+    window = window or find_objects((labels.values == index).astype(np.uint8))[0]
+    y, x = (slice(s.start - SMOOTH - 1, s.stop + SMOOTH + 1) for s in window)
     low = np.array([x.start, y.start])
     mask = Grid(labels.values[y, x] == index, labels.origin + low * labels.resolution, labels.resolution)
     shape = polygons.from_mask(mask.like(_smooth(mask.values)))[0]
