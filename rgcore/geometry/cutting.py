@@ -120,6 +120,8 @@ def overlap(shape: shapely.Geometry, other: shapely.Geometry) -> shapely.Geometr
 
 def meeting(shapes: Sequence[Polygon]) -> np.ndarray:
     """(K, 2) indices i < j of polygons that have points in common, in rising order."""
+    if not shapes:
+        return np.zeros((0, 2), int)
     found = shapely.STRtree(list(shapes)).query(list(shapes), predicate="intersects").T
     return np.asarray(sorted((int(i), int(j)) for i, j in found if i < j)).reshape(-1, 2)
 

@@ -17,7 +17,7 @@ from rgcore.model.edits_notes import AddNote
 from rgcore.model.edits_objects import AddObject, SeedObject
 from rgcore.model.edits_regions import SplitRegion
 from rgcore.model.fields import new_id
-from rgcore.model.gates import regions_beside
+from rgcore.model.gates import LEAST_WIDTH, regions_beside
 from rgcore.model.ground import free_space, shape_of
 from rgcore.model.records import Line, Point, RGMap, rounded
 
@@ -48,6 +48,8 @@ def split_region(
         cut = [_foot(p, wall) for p in cut]
     else:
         cut = [snapped(near, cut[0], snap), *cut[1:-1], snapped(near, cut[-1], snap)]
+    if math.dist(cut[0], cut[-1]) < LEAST_WIDTH:  # both caught by one corner
+        cut = list(path)
     return SplitRegion(
         region=region,
         cut=tuple(cut),

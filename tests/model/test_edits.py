@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 import msgspec
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from two_rooms import make_run
 
 from rgcore.errors import EditError
 from rgcore.model.boxes import fit_box
@@ -59,8 +61,10 @@ from rgcore.model.edits import (
     WriteNote,
     decode_edit,
 )
-from rgcore.model.history import difference
+from rgcore.model.history import KINDS, difference
+from rgcore.model.rebase import Drift, carry, ids_of
 from rgcore.model.records import RGMap
+from rgcore.slam.trajectory import Trajectory
 
 NEW = "ou0123abcd"
 SEED = SeedObject(
@@ -159,6 +163,25 @@ def test_an_edit_says_what_shall_be(noted: RGMap, edit: Edit) -> None:
             edit.apply(once)
     else:
         assert edit.apply(once) is once
+
+
+@pytest.mark.parametrize("edit", [e for e, _, _ in GOOD], ids=lambda e: type(e).__name__)
+def test_an_edit_is_carried_to_another_run(noted: RGMap, edit: Edit) -> None:
+    """On the same map unchanged; where the map moved by (1, 2), all its places do, and nothing else does."""
+    poses = make_run(noted).trajectory
+    moved = Trajectory(poses.stamps, poses.map_from_base + np.array([1.0, 2.0, 0.0]), poses.base_from_laser)
+    ids = {id: id for kind in KINDS for id in getattr(noted, kind)}
+    assert carry(edit, ids, Drift(poses, poses)) == edit  # type: ignore[arg-type]
+    there = carry(edit, ids, Drift(poses, moved))  # type: ignore[arg-type]
+    back = carry(there, ids, Drift(moved, poses))
+    assert np.allclose(numbers(edit), numbers(back), atol=2e-6)
+    assert set(np.round(np.subtract(numbers(there), numbers(edit)), 5)) <= {0.0, 1.0, 2.0}
+    assert ids_of(edit) <= set(ids)
+
+
+def numbers(edit: Edit) -> list[float]:
+    """All numbers of an edit, in order."""
+    return [float(v) for v in re.findall(r"(?<![\w\"])-?\d+\.\d+", msgspec.json.encode(edit).decode())]
 
 
 def test_classes_and_names_are_set(office: RGMap) -> None:

@@ -198,3 +198,8 @@ def test_a_region_goes_with_its_gateways(office: RGMap) -> None:
     )
     after = DeleteRegion(region="r3").apply(replace(office, gateways={**office.gateways, "g3": crossing}))
     assert (after.gateways["g3"].regions, len(after.gateways["g3"].gateway_points)) == (("r1", "r2"), 2)
+
+
+def test_a_cut_whose_ends_are_caught_by_one_corner_is_kept_as_drawn(office: RGMap) -> None:
+    path = [(3.8, 2.3), (3.9, 2.2)]
+    assert split_region(office, "r2", path).cut == tuple(path)
