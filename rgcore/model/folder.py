@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import re
 import shutil
+import zlib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -15,6 +16,7 @@ import numpy as np
 from rgcore import __version__
 from rgcore.errors import ProjectError
 from rgcore.evidence import Evidence
+from rgcore.geometry.segments import transformed
 from rgcore.lines.adaptation import Adaptation
 from rgcore.model.base import decode_map, encode_map
 from rgcore.model.cloud import thinned
@@ -158,6 +160,8 @@ def _write_run(path: Path, name: str, run: Run, entries: Sequence[Do], conflicts
         write_file(new / "run.json", _json(_info(run)))
         write_file(new / "trajectory.npz", _saved(run.trajectory))
         write_file(new / "points.npz", _npz(points=points, scans=scans))
+        if run.segments is not None:
+            write_file(new / "segments.npz", _npz(**_segments(run)))
         write_file(new / "base.json", encode_map(run.map))
         if run.adaptation is not None:
             write_file(new / "adapt.json", msgspec.json.encode(run.adaptation, order="sorted"))
@@ -170,6 +174,20 @@ def _write_run(path: Path, name: str, run: Run, entries: Sequence[Do], conflicts
         shutil.rmtree(new, ignore_errors=True)
         raise
     replace_file(path / "current", f"{name}\n".encode())
+
+
+def _segments(run: Run) -> dict[str, np.ndarray]:
+    """Lines of all scans before merging, readings used of each scan, and the size of the bare scans: for a report."""
+    s, log = run.segments, run.log
+    ends = transformed(run.trajectory.map_from_laser[s.scan], s.ends)
+    usable = log.usable(run.config.slam.max_range)
+    centimetres = np.where(usable, 100.0 * np.where(usable, log.ranges, 0.0), 0.0).astype(np.uint16)
+    return {
+        "ends": ends.astype(np.float32),
+        "scan": s.scan.astype(np.int32),
+        "readings": usable.sum(1).astype(np.int32),
+        "deflated": np.array(len(zlib.compress(centimetres.tobytes()))),
+    }
 
 
 def _info(run: Run) -> RunInfo:
@@ -196,6 +214,28 @@ def read_info(where: Path) -> RunInfo:
 
 def read_base(where: Path) -> RGMap:
     return _read(where / "base.json", decode_map)
+
+
+class KeptSegments(NamedTuple):
+    """``ends`` (M, 2, 2) m, map frame, of the segments of all scans; ``scan`` (M,); ``readings`` used of each scan (N,);
+    ``deflated``: bytes of the bare scans, two a reading (centimetres), compressed by zlib.
+    """
+
+    ends: np.ndarray
+    scan: np.ndarray
+    readings: np.ndarray
+    deflated: int
+
+
+def read_segments(where: Path) -> KeptSegments | None:
+    """The segments of a run; None in one of an older version, which kept none."""
+
+    def segments(data: bytes) -> KeptSegments:
+        with np.load(io.BytesIO(data), allow_pickle=False) as a:
+            return KeptSegments(a["ends"], a["scan"], a["readings"], int(a["deflated"]))
+
+    file = where / "segments.npz"
+    return _read(file, segments) if file.exists() else None
 
 
 def read_adaptation(where: Path) -> Adaptation | None:

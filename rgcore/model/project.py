@@ -1,7 +1,8 @@
 """The project: a folder that holds the runs of a map and what people did to it.
 
     office.rg/  project.toml  current  lock  cache/
-                runs/0001/  run.json  trajectory.npz  points.npz  base.json  adapt.json  edits.jsonl  conflicts.json
+                runs/0001/  run.json  trajectory.npz  points.npz  segments.npz  base.json  adapt.json
+                            edits.jsonl  conflicts.json
 
 One process writes (``lock``); others read. A run's folder is written whole under another name, then ``current`` is
 flipped.
@@ -122,6 +123,11 @@ class Project:
     def adaptation(self) -> Adaptation | None:
         """How the parameters of merging adapted to the regions of ``base``; None in a run without that."""
         return folder.read_adaptation(self.path / "runs" / self.run_name)
+
+    @property
+    def segments(self) -> folder.KeptSegments | None:
+        """The lines of all single scans before merging; None in a run of an older version."""
+        return folder.read_segments(self.path / "runs" / self.run_name)
 
     @property
     def points(self) -> np.ndarray:

@@ -99,5 +99,6 @@ def make_run(map: RGMap, scans: int = 40, moved: tuple[float, float, float] = (0
         trajectory=Trajectory(stamps, poses, np.zeros(3)),
         map=map,
         adaptation=None,
+        segments=None,
         seconds={"extract": 0.1, "slam": 1.23456},
     )

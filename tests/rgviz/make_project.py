@@ -41,5 +41,11 @@ def synthetic_run(map_: RGMap) -> SimpleNamespace:
     name = {"source": "office.log", "sha256": "0" * 64, "format": "carmen"}
     log = ScanLog(stamps, ranges, poses, bearings, np.zeros(3), 30.0, **name)  # type: ignore[arg-type]
     return SimpleNamespace(
-        log=log, config=Config(), trajectory=Trajectory(stamps, poses, np.zeros(3)), map=map_, adaptation=None, seconds={"slam": 1.0}
+        log=log,
+        config=Config(),
+        trajectory=Trajectory(stamps, poses, np.zeros(3)),
+        map=map_,
+        adaptation=None,
+        segments=None,
+        seconds={"slam": 1.0},
     )
