@@ -109,7 +109,7 @@ def reaches(ranges: np.ndarray, max_range: float, settings: Settings) -> tuple[n
 def cast(starts, tips, used, ends, counts, weight):  # type: ignore[no-untyped-def]
     """Step along each beam, one cell of its longer axis at a time, and add ``weight``; coordinates are in cells.
 
-    With a weight of -1 it takes back what was cast before, exactly.
+    With a weight of -1 it takes back what was cast before.
     """
     n, beams = used.shape
     for i in range(n):
