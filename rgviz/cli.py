@@ -105,6 +105,9 @@ def _parser() -> argparse.ArgumentParser:
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("out", type=Path, metavar="OUT.EXT")
     c.add_argument("--wall-height", type=float, default=2.5, metavar="M", help="height of walls in .glb (default: 2.5)")
+    c = command("report", _report, "write a page on how compact and how true the map is, with all its figures")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("-o", "--out", type=Path, metavar="OUT.html", help="default: the project's name, here")
     c = command("measure", _measure, "counts, reduction factor, accuracy by region and for the map")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("--json", action="store_true", help="as JSON")
@@ -232,6 +235,21 @@ def _export(args: argparse.Namespace) -> None:
         lost = export(args.out, project.map, project.trajectory, wall_height=args.wall_height)
     _tell(args.out, [f"not in this format: {what}" for what in lost])
     print(args.out)
+
+
+def _report(args: argparse.Namespace) -> None:
+    from rgcore.exports.report import report
+    from rgcore.model.disk import replace_file
+    from rgcore.model.project import Project
+
+    with Project.open(args.project) as project:
+        out = args.out or Path(f"{args.project.stem}.html")
+        page = report(project)
+    try:
+        replace_file(out, page.encode())
+    except OSError as e:
+        raise RgError(f"{out}: cannot be written: {e.strerror or e}; choose another place") from e
+    print(out)
 
 
 def _measure(args: argparse.Namespace) -> None:

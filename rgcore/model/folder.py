@@ -217,7 +217,7 @@ def read_base(where: Path) -> RGMap:
 
 
 class KeptSegments(NamedTuple):
-    """``ends`` (M, 2, 2) m, map frame, of the segments of all scans; ``scan`` (M,); ``readings`` used of each scan (N,);
+    """``ends`` (M, 2, 2) m, map frame, of all scans, and the ``scan`` (M,) of each; ``readings`` used by scan (N,);
     ``deflated``: bytes of the bare scans, two a reading (centimetres), compressed by zlib.
     """
 
