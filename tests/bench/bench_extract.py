@@ -8,7 +8,7 @@
                   in place of the moving of vertices by which the paper ends
 
 All have the same limits and tolerances and are compiled; CPU time without compiling. Residuals are measured along the
-beams, as the polyline paper does: predicted minus measured range, each echo by the nearest line among whose beams it is.
+beams, as the polyline paper does: predicted minus measured range, each echo by the best line among whose beams it is.
 An echo counts as explained within 3 deviations of the log's range noise.
 """
 
