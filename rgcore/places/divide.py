@@ -6,8 +6,9 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.geometry.grid import clearance, components, dilate, draw_lines, erode, grow, reach
+from rgcore.places.chords import measure_chords
 from rgcore.places.freespace import FreeSpace
-from rgcore.places.hypotheses import KINDS, Hypotheses
+from rgcore.places.hypotheses import KINDS, Hypotheses, chances
 
 MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
 """A cell is free if that many beams went through it and at most this share of all its beams ended in it."""
@@ -21,8 +22,8 @@ hallway's mouth unless something as wide as a room lies behind it."""
 HALLWAY = 3.5
 """m: no hallway is wider."""
 
-LEAST_PILLAR, PILLAR = 0.25, 0.7
-"""m: what stands between two doors in one line is no smaller and no thicker."""
+LEAST_PILLAR, PILLAR = 0.2, 1.0
+"""m: what stands between two doors in one line is no thinner, as a leaf of a door is, and no thicker, even with one."""
 
 PIECE, THIN, THICK, DOORWAY = 0.8, 0.3, 0.5, 1.7
 """m: a thing so long and thin is a piece of wall; one no thicker than the third between two openings no wider than the
@@ -88,7 +89,7 @@ def split_at_pillars(
     it; it is given back to the walls.
     """
     labels, stats = components(open_ & ~mask, diagonal=True)
-    labels[(np.hypot(stats[:, 2], stats[:, 3]) * resolution < LEAST_PILLAR)[labels]] = 0
+    labels[(stats[:, 2:4].min(1) * resolution < LEAST_PILLAR)[labels]] = 0
     near = grow(labels, labels == 0, 1)
     open_ = open_.copy()
     posts, source = [], []
@@ -107,7 +108,14 @@ def split_at_pillars(
         posts += [np.array([cells[i], cells[j]]) for i, j in wide]
         source += [k] * len(wide)
     out = found[np.array(source, int)]
-    return open_, Hypotheses(np.array(posts, int).reshape(-1, 2, 2), out.score, out.kind, out.weak)
+    both = np.array(posts, int).reshape(-1, 2, 2)
+    parts = np.flatnonzero(np.bincount(source, minlength=len(found))[source] > 1)
+    score, weak = out.score.copy(), out.weak.copy()
+    if len(parts):
+        alone = chances(measure_chords(open_, both[parts], resolution), resolution)[:, 1:3].sum(1)
+        score[parts] = np.maximum(score[parts], alone)
+        weak[parts] &= alone < settings.min_confidence
+    return open_, Hypotheses(both, score, out.kind, weak)
 
 
 def _free_runs(free: np.ndarray) -> list[tuple[int, int]]:
