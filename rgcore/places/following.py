@@ -38,6 +38,9 @@ BEHIND = 0.6
 SLICE = 25
 """Scans that are cast anew with each new one, after a loop has moved them."""
 
+STRAY = (0.005, 0.001)
+"""m, rad: scans that stand off by more than this from where they were cast are cast anew; doors are lost to less."""
+
 LOOKS = 30
 """Line scans whose segments make the angle histogram: the last k of the paper."""
 
@@ -116,7 +119,7 @@ class Follower:
         lasers = se2.compose(poses, self.base_from_laser)
         off = lasers - self._cast[:n]
         half = 0.5 * self.config.places.resolution
-        stale = np.flatnonzero((np.hypot(*off[:, :2].T) > half) | (np.abs(se2.wrap(off[:, 2])) > 0.01))
+        stale = np.flatnonzero((np.hypot(*off[:, :2].T) > STRAY[0]) | (np.abs(se2.wrap(off[:, 2])) > STRAY[1]))
         self._stale = deque(stale.tolist())
         self._stand()
         if far.max(initial=0.0) < half:
@@ -336,13 +339,10 @@ def _measured(
 
 
 def _short_things(ends: np.ndarray) -> np.ndarray:
-    """(L, 2, 2) short segments of several scans, one for each place where a short line stands and no long one."""
-    length = np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-    short, long = ends[length < SHORT], ends[length >= SHORT]
-    steps = np.linspace(0, 1, 60)[:, None, None]
-    walls = _places_of((long[:, 0] + steps * (long[:, 1] - long[:, 0])).reshape(-1, 2))
-    at, first, count = np.unique(_places_of(short.mean(1)), return_index=True, return_counts=True)
-    return short[first[(count >= 2) & ~np.isin(at, walls)]]
+    """(L, 2, 2) short segments of several scans, one for each place that two of them show."""
+    short = ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) < SHORT]
+    _, first, count = np.unique(_places_of(short.mean(1)), return_index=True, return_counts=True)
+    return short[first[count >= 2]]
 
 
 def _places_of(points: np.ndarray) -> np.ndarray:
