@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rgcore.errors import RgError
-from rgcore.exports import gltf, nav2, nav2_route, rgjson, svg, tum
+from rgcore.exports import building, dxf, geojson, gltf, graph, nav2, nav2_route, osm, rgjson, svg, tum
 from rgcore.exports.options import Exported, Options
 from rgcore.model.disk import replace_file
 from rgcore.model.records import RGMap
@@ -38,6 +38,13 @@ FORMATS: dict[str, Format] = {
     ".svg": Format("Drawing (SVG)", "image/svg+xml", svg.render),
     ".yaml": Format("Grid and masks (Nav2)", "application/yaml", nav2.render),
     ".route.geojson": Format("Route graph (Nav2)", "application/geo+json", nav2_route.render),
+    ".building.yaml": Format("Building (Open-RMF)", "application/yaml", building.render),
+    ".dxf": Format("Drawing (DXF)", "image/vnd.dxf", dxf.render),
+    ".geojson": Format("Features (GeoJSON)", "application/geo+json", geojson.render),
+    ".fg.json": Format("Features (JSON-FG)", "application/geo+json", geojson.render_fg),
+    ".osm": Format("Indoor map (OSM)", "application/xml", osm.render),
+    ".graphml": Format("Graph (GraphML)", "application/graphml+xml", graph.render_graphml),
+    ".csv": Format("Tables (CSV)", "text/csv", graph.render_csv),
     ".tum": Format("Trajectory (TUM)", "text/plain", tum.render),
 }
 """By ending, in the order in which menus show them. An ending may have two parts (``.route.geojson``)."""

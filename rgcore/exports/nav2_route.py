@@ -30,26 +30,26 @@ _LOST = ("lines, objects and outlines: the graph holds the ways only",)
 
 def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Exported:
     """The graph as GeoJSON; what it could not connect is told in ``lost``."""
-    graph = _Graph(Query(map))
-    for g in map.gateways.values():
-        graph.cross(g)
-    for r in map.regions.values():
-        graph.drive(r)
+    graph = Lanes(map)
     return Exported(graph.geojson(options.stem), lost=(*_LOST, *graph.gaps))
 
 
-class _Graph:
-    """Nodes and edges as they are found; nodes are numbered from 1 in the order of the map, edges after them."""
+class Lanes:
+    """The ways of a map: ``nodes`` (place, what it is), ``edges`` (from, to, what it is), and the ``gaps`` in words."""
 
-    def __init__(self, query: Query) -> None:
-        self.query, self.map = query, query.map
+    def __init__(self, map: RGMap) -> None:
+        self.query, self.map = Query(map), map
         self.nodes: list[tuple[tuple[float, float], dict[str, Any]]] = []
         self.edges: list[tuple[int, int, dict[str, Any]]] = []
         self.gaps: list[str] = []
         self._at: dict[tuple[str, float, float], int] = {}
         self._doors: dict[str, list[int]] = {r: [] for r in self.map.regions}
+        for g in map.gateways.values():
+            self._cross(g)
+        for r in map.regions.values():
+            self._drive(r)
 
-    def cross(self, g: Gateway) -> None:
+    def _cross(self, g: Gateway) -> None:
         """The nodes of a gateway, and the ways over its crossing-points between its gateway-points."""
         about = {"rg_id": g.id, "class": g.class_, "width": float(round(g.width, 3))} | _named(g.name)
         crossings = [self._node("", p, {**about, "kind": "crossing"}) for p in g.crossing_points or (_middle(g),)]
@@ -62,7 +62,7 @@ class _Graph:
                 limit = {"speed_limit": float(NARROW_SPEED)} if g.width < NARROW else {}
                 self._both(node, crossings[i % len(crossings)], {**about, **limit}, _operation(g))
 
-    def drive(self, r: Region) -> None:
+    def _drive(self, r: Region) -> None:
         """The ways within a region: between its gateway-points, and to its middle."""
         middle, _ = label_place(r.boundary, r.holes)
         about = {"rg_id": r.id, "class": r.class_} | _named(r.name)
@@ -105,7 +105,7 @@ class _Graph:
                 self.edges.append((i, j, {"metadata": about, **more}))
 
     def geojson(self, name: str) -> bytes:
-        """All of it; ids are unique over nodes and edges, as the loader wants them."""
+        """The route server's file; ids are unique over nodes and edges, as the loader wants them."""
         features = []
         for k, (at, about) in enumerate(self.nodes, 1):
             properties = {"id": k, "frame": "map", "metadata": about}

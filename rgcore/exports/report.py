@@ -49,7 +49,7 @@ def _body(project: Project) -> Iterator[str]:
     regions = sorted(m.regions.values(), key=lambda r: natural(r.id))
     shapes = [polygon(r.boundary, r.holes) for r in regions]
     where = locate(shapes, project.trajectory.map_from_base[:, :2])
-    difference, scan_of_echo = _differences(project)
+    difference, scan_of_echo = _differences(project, kept)
     yield from _head(project, _fit(difference, m))
     drawing = svg.render(m, project.trajectory, Options()).data.decode()
     edits = len(project.history.done)
@@ -81,7 +81,7 @@ def _head(project: Project, fit: Fit) -> Iterator[str]:
             (f"{m.stats.segments:,} → {len(m.lines):,}", "segments of scans to lines of the map"),
             (f"{_factor(m.stats.segments, len(m.lines))}×", "fewer lines"),
             (_mm(m.stats.accuracy), f"acc(R), penalty {_metres(m.stats.accuracy_penalty)}"),
-            (_percent(fit.within_10), "of the mapped echoes within 10 cm"),
+            (_percent(fit.within_10), "of the readings within 10 cm"),
             (f"{len(m.regions)} · {len(m.gateways)}", "regions · gateways"),
         ]
     )
@@ -99,7 +99,7 @@ def _table_1(m: RGMap, regions: list[Region], where: np.ndarray, kept: KeptSegme
         segments = None
         if kept is not None:
             points, segments = int(kept.readings[where == i].sum()), int((where[kept.scan] == i).sum())
-        axes = [f"{math.degrees(a):.0f}°" for a in r.axes] + ["", ""]
+        axes = [f"{round(math.degrees(a)) % 180}°" for a in r.axes] + ["", ""]
         about = (r.class_, axes[0], axes[1], _mm(r.accuracy))
         rows.append((*row(_named(r), r.scans, points, segments, len(m.lines_of(r.id))), *about))
     rows[0] = (*rows[0][:-1], _mm(m.stats.accuracy))
@@ -193,30 +193,19 @@ def _bytes(m: RGMap, kept: KeptSegments | None) -> Iterator[str]:
     )
 
 
-def _differences(project: Project) -> tuple[np.ndarray, np.ndarray]:
-    """(K,) [m] predicted less measured range of each echo that the project keeps, and the scan (K,) of each.
+def _differences(project: Project, kept: KeptSegments | None) -> tuple[np.ndarray, np.ndarray]:
+    """(K,) [m] predicted less measured range of the readings of the scans that a run keeps, and the scan (K,) of each.
 
     The lines of the corrected map are projected back into the scans; inf where a beam meets none.
     """
-    m, points, scans = project.map, project.points.astype(float), project.point_scans
-    lines = np.array([(v.start, v.end) for v in m.lines.values()]).reshape(-1, 2, 2)
-    poses = project.trajectory.map_from_laser
-    at = se2.transform(se2.invert(poses)[scans], points)
-    ranges, bearings = np.hypot(at[:, 0], at[:, 1]), np.arctan2(at[:, 1], at[:, 0])
-    reach = _number(project, "accuracy", "max_range", 12.0)
-    order = np.lexsort((bearings, scans))
-    order = order[(ranges[order] < reach) & (ranges[order] > 0)]
-    out = np.full(len(order), np.inf)
-    first = np.flatnonzero(np.diff(scans[order], prepend=-1))
-    for a, b in zip(first, [*first[1:], len(order)], strict=True):
-        own = order[a:b]
-        beams, index = np.unique(bearings[own], return_inverse=True)
-        out[a:b] = cast(lines, poses[scans[own[:1]]], beams, reach + 1.0)[0][0][index] - ranges[own]
-    return out, scans[order]
-
-
-def _number(project: Project, stage: str, name: str, default: float) -> float:
-    return float(project.run_info.config.get(stage, {}).get(name, default))
+    if kept is None:
+        return np.zeros(0), np.zeros(0, np.int64)
+    lines = np.array([(v.start, v.end) for v in project.map.lines.values()]).reshape(-1, 2, 2)
+    reach = float(project.run_info.config.get("accuracy", {}).get("max_range", 12.0))
+    poses = project.trajectory.map_from_laser[kept.sample]
+    predicted = cast(lines, poses, kept.bearings, reach + 1.0)[0]
+    row, beam = np.nonzero((kept.ranges > 0) & (kept.ranges < reach))
+    return predicted[row, beam] - kept.ranges[row, beam], kept.sample[row]
 
 
 def _fit(difference: np.ndarray, m: RGMap) -> Fit:
@@ -242,10 +231,10 @@ def _accuracy(
     p = _metres(m.stats.accuracy_penalty)
     caption = (
         f"Table III. Accuracy by back-projection. acc(R): root mean square over scans, each reading that no line "
-        f"predicts within {p} costs {p}, over all readings of the run. The shares are those of the map as it stands "
-        "here, with its corrections, over one echo for each 4 cm cell that was hit."
+        f"predicts within {p} costs {p}, over all readings of the run. Median and shares are those of the map as it "
+        "stands here, with its corrections, over the readings of a sample of the scans."
     )
-    heads = ("", "acc(R)", "echoes", "median", "within 5 cm", "within 10 cm", "missed")
+    heads = ("", "acc(R)", "readings", "median", "within 5 cm", "within 10 cm", "missed")
     return page.table("accuracy", caption, heads, rows, sums=1)
 
 

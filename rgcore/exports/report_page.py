@@ -99,10 +99,11 @@ def table(
     def cells(tag: str, row: Sequence[object]) -> str:
         return "".join(f"<{tag}{' class=text' if i < text else ''}>{escape(str(c))}</{tag}>" for i, c in enumerate(row))
 
+    head = f"<thead><tr>{cells('th', heads)}</tr></thead>" if any(heads) else ""
     lines = [f"<tr{' class=sum' if i < sums else ''}>{cells('td', r)}</tr>" for i, r in enumerate(rows)]
     return (
         f'<div class="wide"><table id="{escape(name)}"><caption>{_caption(caption)}</caption>'
-        f"<thead><tr>{cells('th', heads)}</tr></thead><tbody>{''.join(lines)}</tbody></table></div>"
+        f"{head}<tbody>{''.join(lines)}</tbody></table></div>"
     )
 
 
@@ -161,11 +162,12 @@ def scatter(
     out.append(f'<path class="front" d="M{"L".join(f"{x} {y}" for x, y in front)}"/>')
     for mx, my, kind, name in marks:
         x, y = at(mx, my)
-        end = float(x) > 0.7 * w
+        below = kind == "best"  # nothing lies there: it would be better on both axes
+        at_text = f'x="{n(float(x) + (-8 if below else 8))}" y="{n(float(y) + (18 if below else -10))}"'
         out.append(f'<circle class="{escape(kind)}" cx="{x}" cy="{y}" r="6"/>')
         out.append(
-            f'<text class="name" x="{n(float(x) + (-10 if end else 10))}" y="{n(float(y) - 8)}" '
-            f'text-anchor="{"end" if end else "start"}">{escape(name)}</text>'
+            f'<text class="name" {at_text} text-anchor="{"end" if below or float(x) > 0.8 * w else "start"}">'
+            f"{escape(name)}</text>"
         )
     out.append(f'<text x="{n((left + w - right) / 2)}" y="{n(h - 10)}" text-anchor="middle">{escape(x_name)}</text>')
     turned = f"translate(16 {n((top + h - bottom) / 2)}) rotate(-90)"
