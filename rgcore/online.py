@@ -14,6 +14,7 @@ from rgcore.places.automaton import AnyEvent, Event, Pose, State
 from rgcore.places.following import Follower, Outlines
 from rgcore.progress import Watcher, silent
 from rgcore.scans.log import ScanLog
+from rgcore.slam.local import covariance
 from rgcore.slam.lrgc import Lrgc
 from rgcore.slam.trajectory import Trajectory
 
@@ -157,7 +158,7 @@ class Mapper:
         match = self._lrgc.match
         if match is None:
             return None
-        x, y, t = np.sqrt(np.diag(np.linalg.inv(match.information.sum(0) + 1e-2 * np.eye(3))))
+        x, y, t = np.sqrt(np.diag(covariance(match)))
         return float(x), float(y), float(t)
 
     def settled(self) -> tuple[str | None, ...]:

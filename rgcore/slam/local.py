@@ -25,6 +25,8 @@ DEVIATION = 0.06
 """Of a point from the nearest one of the map [m], where the scan fits: noise, and points that lie apart."""
 LEAST_LEFT = 1e-3
 """Share of the information along the least certain direction that is never taken off."""
+UNSEEN = 0.01
+"""Information [1/m^2, 1/rad^2] of a direction about which a scan says nothing: no inverse grows beyond use."""
 FALSE_INFORMATION = 0.01
 """Noise of normals of 6 degrees makes a corridor seem to resist along its axis by sin(6 deg)^2 a point; it is taken
 off.
@@ -193,6 +195,20 @@ def linearise(points, normals, on, pose, reach, noise, information, gradient, pa
         information[o, 2, 0] = information[o, 0, 2]
         information[o, 2, 1] = information[o, 1, 2]
     return found
+
+
+@kernel
+def covariance(match):  # type: ignore[no-untyped-def]
+    """(3, 3) covariance of a match's pose by its scan alone, map axes; some metres where the scan does not see."""
+    information, gradient = np.zeros((3, 3)), np.zeros(3)
+    for o in range(len(match.information)):
+        for i in range(3):
+            for j in range(3):
+                information[i, j] += match.information[o, i, j]
+    discount(information, gradient)
+    for i in range(3):
+        information[i, i] += UNSEEN
+    return inverse(information)
 
 
 @inner

@@ -50,7 +50,8 @@ def track(
     A scan that the newest keyframes contradict is sought on the whole local map, whichever way the robot turned.
     """
     s = settings
-    match = register(scan, on, guess, np.diag(deviation**-2.0), s.point_noise, s.reach)
+    reach = min(s.reach, 0.5 * CELL + 4.0 * float(deviation[0]))
+    match = register(scan, on, guess, np.diag(deviation**-2.0), s.point_noise, reach)
     if measured and np.hypot(*(match.pose - guess)[:2]) > FAR:
         match = _likelier(scan, on, guess, deviation, s, match)
     if match.share > 0.6 or min(len(scan.points), len(on.points)) < s.least_points:
@@ -88,6 +89,6 @@ def _likelier(
 
 def _believed(frames: Keyframes, scan: Surface, ranges: np.ndarray, pose: np.ndarray) -> float:
     """Share of what scan and newest keyframes see of each other that they agree about; 1 if they see nothing."""
-    newest = np.arange(max(0, len(frames) - WITNESSES), len(frames))
+    newest = np.arange(max(frames.since, len(frames) - WITNESSES), len(frames))
     confirmed, contradicted, _ = frames.agree(scan, ranges, pose, newest)
     return float(confirmed / (confirmed + contradicted)) if confirmed + contradicted > 0 else 1.0
