@@ -14,6 +14,9 @@ MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
 """A cell is free if that many beams went through it and at most this share of all its beams ended in it."""
 
 
+BETWEEN = 0.7
+"""A weak cut of this score stands between two pieces that have a sure gateway each."""
+
 NO_ROOM, ROOM = 1.2, 1.9
 """A gap in a wall with nothing wider near it than so many times its width only divides a hallway; and so does a
 hallway's mouth unless something as wide as a room lies behind it."""
@@ -151,7 +154,9 @@ def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Setti
     cuts = standing(cuts)
     for k in sorted((k for k in cuts if found.weak[k]), key=lambda k: found.score[k]):
         pair = pieces.pair(ends[k])
-        if not any(pieces.pair(ends[j]) == pair for j in cuts if not found.weak[j]):
+        strong = [pieces.pair(ends[j]) for j in cuts if not found.weak[j]]
+        entered = {s for p in strong for s in p if p[0] != p[1]}
+        if pair not in strong and not (found.score[k] >= BETWEEN and entered.issuperset(pair)):
             pieces.join(*ends[k])
     while True:
         cuts = standing(cuts)
