@@ -57,7 +57,13 @@ def world() -> np.ndarray:
 
 def way() -> np.ndarray:
     """(N, 3) poses: along the hallway, through the left door, around the left room, and back."""
-    stops = [(1, 1), (13, 1), (3.95, 1), (3.95, 3), (1.5, 3.2), (2.5, 6), (3.8, 6.2), (2.5, 3), (3.95, 3), (3.95, 1)]
+    return along(
+        (1, 1), (13, 1), (3.95, 1), (3.95, 3), (1.5, 3.2), (2.5, 6), (3.8, 6.2), (2.5, 3), (3.95, 3), (3.95, 1)
+    )
+
+
+def along(*stops: tuple[float, float]) -> np.ndarray:
+    """(N, 3) poses every 30 cm from stop to stop, turning all the time."""
     legs = []
     for a, b in zip(np.array(stops, float), np.array(stops[1:], float), strict=False):
         n = int(np.hypot(*(b - a)) / 0.3) + 1
@@ -84,12 +90,17 @@ class Building:
         return int(self.places.labels.at(se2.transform(self.map_from_plan, np.array([x, y])), outside=-1))
 
 
-def survey(map_from_plan: tuple[float, float, float] = (0.0, 0.0, 0.0), config: Config | None = None) -> Building:
-    """Drive through the building with perfect poses and 12 mm of range noise."""
+def survey(
+    map_from_plan: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    config: Config | None = None,
+    walls: np.ndarray | None = None,
+    poses: np.ndarray | None = None,
+) -> Building:
+    """Drive through the building (or one of other walls, on another way) with perfect poses and 12 mm of range noise."""
     c = config or Config()
     frame = np.array(map_from_plan, float)
-    poses = way()
-    ranges = cast(world(), poses, BEARINGS, 30.0)[0]
+    poses = way() if poses is None else poses
+    ranges = cast(world() if walls is None else walls, poses, BEARINGS, 30.0)[0]
     ranges = ranges + np.random.default_rng(3).normal(0, 0.012, ranges.shape)
     stamps = np.arange(len(poses), dtype=float)
     log = ScanLog(stamps, ranges, poses, BEARINGS, np.zeros(3), 30.0)
