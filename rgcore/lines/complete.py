@@ -17,16 +17,21 @@ from rgcore.config import Lines as Settings
 from rgcore.geometry import se2
 from rgcore.geometry import segments as geometry
 from rgcore.lines.clutter import strips
+from rgcore.lines.corners import close_corners
 from rgcore.lines.merge import Lines, describe, renumbered
 from rgcore.lines.worth import NEAR, Sights
 from rgcore.scans.extract import Segments
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
 
-_MOST_READINGS = 200_000  # of longer logs every second, third, ... scan: as good, and bounds time and memory
+_MOST_READINGS = 300_000  # of longer logs every second, third, ... scan: as good, and bounds time and memory
 _ROUNDS = 2  # what stands before something else hides it from the first
 _SIZE = 0.02  # m: how finely lines are cut
 _PROBES = (0.1, 0.2, 0.3)  # m before a line, where its region is looked up
+_FITS = 3  # of laying a line through its echoes
+_SPREAD = 0.02  # m: echoes farther off count less
+_FEW = 5.0  # echoes that where a line lay already counts for
+_STIFF = 0.1  # m: of shorter lines the direction is not asked of the echoes
 _NOISE = 0.012  # m, of an echo
 _DEAREST = 4.0  # times the price: what is worth more stays, however few segments there are
 
@@ -66,6 +71,7 @@ def complete_lines(
     of = of[part_of]
     sights.clear()
     sights.add(found)
+    found = close_corners(_laid(sights, found), settings.corner)
     there = sights.keep(np.ones(len(found), bool), price, most, _DEAREST * price)
     found, of = found[there], of[there]
 
@@ -93,6 +99,31 @@ def _echoes(sights: Sights, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     angle = sights.poses[n, 2] + sights.bearings[i]
     beams = np.stack([np.cos(angle), np.sin(angle)], 1)
     return sights.poses[n, :2] + sights.ranges[n, i][:, None] * beams, beams
+
+
+def _laid(sights: Sights, lines: np.ndarray) -> np.ndarray:
+    """The lines (L, 2, 2) laid through all echoes that they predict: a few segments may be bent together.
+
+    Iteratively reweighted least squares of offset and slope, weights after Cauchy; few echoes move a line little.
+    """
+    beam = np.flatnonzero(np.abs(sights.distance[:, 0] - sights.ranges.ravel()) < NEAR)
+    of, beams = sights.line[beam, 0], sights.ranges.shape[1]
+    angle = sights.poses[beam // beams, 2] + sights.bearings[beam % beams]
+    length = geometry.lengths(lines)
+    u = (lines[:, 1] - lines[:, 0]) / length[:, None]
+    behind = sights.ranges.ravel()[beam] - sights.distance[beam, 0]
+    off = behind * (u[of, 0] * np.sin(angle) - u[of, 1] * np.cos(angle))
+    at = sights.along[beam, 0] + behind * (u[of, 0] * np.cos(angle) + u[of, 1] * np.sin(angle)) - 0.5 * length[of]
+    a, b = np.zeros(len(lines)), np.zeros(len(lines))
+    for _ in range(_FITS):
+        w = 1.0 / (1.0 + ((off - a[of] - b[of] * at) / _SPREAD) ** 2)
+        n, x, xx = (np.bincount(of, w * at**k, len(lines)) for k in range(3))
+        y, xy = (np.bincount(of, w * off * at**k, len(lines)) for k in range(2))
+        n, xx = n + _FEW, xx + _FEW * (length**2 / 12 + _STIFF**2)
+        b = (n * xy - x * y) / (n * xx - x * x)
+        a = (y - b * x) / n
+    move = a[:, None] + b[:, None] * length[:, None] * [-0.5, 0.5]
+    return lines + move[..., None] * np.stack([-u[:, 1], u[:, 0]], 1)[:, None]
 
 
 def _parts(lines: np.ndarray, of: np.ndarray, line_of: np.ndarray, middle: np.ndarray, reach: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from rgcore.config import Lines as Settings
 from rgcore.geometry import segments as geometry
@@ -15,6 +16,7 @@ _GAP_SHARE = 0.08  # of the coverage left and right: less is a gap that a few fa
 _END_SHARE = 0.03  # the same at the ends, where the wall may just be seen less
 _ALIKE = np.cos(np.deg2rad(30.0))  # directions that may belong to one wall
 _FAR_STRONGER = 10.0  # such a wall also hides what a few bad poses saw well behind it
+_PIECE = 1.0  # m: so finely lines are cut to find those near them
 _LEAST = 1e-3  # echoes a bin: more than what rounding leaves
 _SMOOTH = 2  # bins on each side over which hits and passes are compared
 
@@ -101,11 +103,29 @@ def unhidden(lines: np.ndarray, support: np.ndarray, settings: Settings) -> np.n
     """
     strength = geometry.lengths(lines) * support
     order = np.lexsort((np.arange(len(lines)), -strength))
-    return _unhidden(lines, strength, order, 2.0 * settings.distance)
+    near = 2.0 * settings.distance
+    first, members = _pairs(lines, order, 2.0 * near)
+    return _unhidden(lines, strength, order, near, first, members)
+
+
+def _pairs(lines: np.ndarray, order: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    """Which stronger lines come near each: those of the k-th of ``order`` are ``members[first[k]:first[k + 1]]``.
+
+    Both are places in ``order``. Pieces of lines, each in a circle, are looked up in a tree: near linear.
+    """
+    length = geometry.lengths(lines)[order]
+    count = np.maximum(1, np.ceil(length / _PIECE)).astype(np.int64)
+    of = np.repeat(np.arange(len(lines)), count)
+    share = (np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[of]
+    middle = lines[order[of], 0] + share[:, None] * (lines[order[of], 1] - lines[order[of], 0])
+    pairs = of[cKDTree(middle).query_pairs(_PIECE + reach, output_type="ndarray")]
+    weak, strong = np.divmod(np.unique(pairs.max(1) * len(lines) + pairs.min(1)), max(len(lines), 1))
+    weak, strong = weak[weak != strong], strong[weak != strong]
+    return np.searchsorted(weak, np.arange(len(lines) + 1)), strong
 
 
 @kernel
-def _unhidden(lines, strength, order, near):  # type: ignore[no-untyped-def]
+def _unhidden(lines, strength, order, near, first, members):  # type: ignore[no-untyped-def]
     out = lines.copy()
     for a in range(len(order)):
         weak = order[a]
@@ -113,8 +133,8 @@ def _unhidden(lines, strength, order, near):  # type: ignore[no-untyped-def]
         length = np.hypot(wx, wy)
         wx, wy = wx / length, wy / length
         start, end = 0.0, length
-        for b in range(a):
-            strong = order[b]
+        for p in range(first[a], first[a + 1]):
+            strong = order[members[p]]
             px, py = out[strong, 0, 0], out[strong, 0, 1]
             ux, uy = out[strong, 1, 0] - px, out[strong, 1, 1] - py
             reach = np.hypot(ux, uy)
