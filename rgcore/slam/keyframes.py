@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from rgcore.geometry import se2
 from rgcore.geometry.compiled import kernel
 from rgcore.slam.agreement import agreement
 from rgcore.slam.local import LocalMap, Match, discount, local_map
@@ -21,6 +22,7 @@ class Keyframes:
     def __init__(self, bearings: np.ndarray) -> None:
         self.bearings = bearings
         self.scans: list[int] = []
+        self.since = 0  # the first after the last break
         self._poses = np.zeros((64, 3))
         self._ranges = np.zeros((64, len(bearings)))
         self._start = np.zeros(65, np.int64)
@@ -67,6 +69,11 @@ class Keyframes:
         """The local map that these keyframes make."""
         on: LocalMap = local_map(self.surfaces, members, self.poses)
         return on
+
+    def points_of(self, members: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        """(n, 2) surface points of these keyframes, seen from ``origin`` (3,)."""
+        every = [se2.transform(se2.relative(origin, self.poses[m]), self.surface(m).points) for m in members]
+        return np.concatenate(every)
 
     def agree(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray, members: np.ndarray) -> np.ndarray:
         """(3,) points of a scan at ``pose`` and of the members that the other confirms, contradicts and cannot see."""

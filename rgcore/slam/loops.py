@@ -35,8 +35,8 @@ PAIR = 2
 """Closures that must agree in the search at the end, when the poses are known better."""
 ROUNDS = 3
 """Searches at the end: each closure may show others."""
-BROKEN = 100.0
-"""Way [m] that a break in the log counts for."""
+GAP = 100.0
+"""Way [m] that a break counts for where odometry may still tell."""
 UNCERTAIN = 0.2
 """Deviation [m] of a peak beyond which it says too little, as along a corridor."""
 CLOSURE_SCALE = 30.0
@@ -73,18 +73,18 @@ class Loops:
         self._broken = 0  # first keyframe since the last break
         self.tried = self.found = self.accepted = 0
 
-    def advance(self, broken: bool) -> None:
-        """The newest keyframe has come; ``broken`` if nobody knows how."""
+    def advance(self, broken: bool, gap: bool) -> None:
+        """The newest keyframe has come; ``broken`` if nobody knows how, ``gap`` if odometry may know."""
         poses = self.keyframes.poses
         step = float(np.hypot(*(poses[-1] - poses[-2])[:2])) if len(poses) > 1 else 0.0
         if broken:
-            self._broken, step = len(poses) - 1, BROKEN
+            self._broken, step = len(poses) - 1, GAP if gap else np.inf
         self.ways.advance(step)
 
     def linked(self, k: int, members: np.ndarray, pairs: np.ndarray) -> None:
         """A keyframe has ``pairs`` (m,) of points with ``members`` (m,), some of them old."""
         poses = self.keyframes.poses
-        old = members[(pairs > 2 * LEAST_PAIRS) & (members < k - self.settings.local_keyframes)]
+        old = members[(pairs > 2 * LEAST_PAIRS) & (np.abs(k - members) > self.settings.local_keyframes)]
         if len(old):
             d = np.hypot(*(poses[old] - poses[k])[:, :2].T)
             self._met[k] = int(old[d.argmin()])
@@ -143,8 +143,18 @@ class Loops:
         if len(same) < least:
             return None
         self._pending = same
+        return self.links(same)
+
+    def links(self, closures: list[Closure]) -> Links:
+        """What closures say of their keyframes."""
         poses = self.keyframes.poses
-        return Links.none().plus(*(links_of(c.match, poses, c.members, c.keyframe, CLOSURE_SCALE) for c in same))
+        return Links.none().plus(*(links_of(c.match, poses, c.members, c.keyframe, CLOSURE_SCALE) for c in closures))
+
+    def join(self, closures: list[Closure]) -> None:
+        """These hold from now on."""
+        for c in closures:
+            self.linked(c.keyframe, c.members, c.match.pairs)
+        self.ways.turn_to(len(self.keyframes) - 1)
 
     def closed(self, believed: bool) -> None:
         """The graph has been closed by what ``seek`` gave, or has refused it."""
@@ -192,7 +202,7 @@ class Loops:
         d = np.hypot(*(poses[:first] - poses[k])[:, :2].T)
         unsure = self.ways.length[:first] * s.drift
         window = np.minimum(0.3 + unsure, s.window)
-        open_ = np.flatnonzero((unsure >= s.certain) & (d < window + 2.0))
+        open_ = np.flatnonzero((unsure >= s.certain) & np.isfinite(unsure) & (d < window + 2.0))
         if not len(open_):
             return None
         j = open_[(d[open_] - window[open_]).argmin()]

@@ -13,18 +13,30 @@ from rgcore.config import Slam
 from rgcore.geometry import se2
 from rgcore.progress import Progress, Watcher, silent
 from rgcore.scans.log import ScanLog
+from rgcore.slam.doubt import Doubt
 from rgcore.slam.keyframes import Keyframes, links_of
 from rgcore.slam.local import LocalMap, Match
 from rgcore.slam.loops import Loops
+from rgcore.slam.parts import Found, Parts
 from rgcore.slam.posegraph import Links, optimise, tension
 from rgcore.slam.refine import refine
 from rgcore.slam.small import between, chain
-from rgcore.slam.surface import surface
+from rgcore.slam.surface import Surface, surface
 from rgcore.slam.tracking import motion_deviation, track
 from rgcore.slam.trajectory import Trajectory
 
 SHOW_EVERY = 50
 """Scans between two pictures for the watcher."""
+STARTLING = 5.0
+"""[m] odometry that changes its mind by more from one scan to the next is compared with a steady motion."""
+IMPOSSIBLE = 10.0
+"""[m] odometry of a longer step is not believed where there is any other answer."""
+WIDEST = np.array([1.5, 1.5, 1.0])
+"""[m, m, rad] deviation of odometry beyond which nothing is sought."""
+GAP = (0.6, 0.6)
+"""[m, rad] a break in a longer step may be one for want of overlap alone: odometry still says about where to look."""
+BREAK_SCALE = 1.0
+"""Chi squared at which what odometry says of a break begins to lose its weight: at once."""
 
 
 def lrgc(log: ScanLog, settings: Slam, watch: Watcher = silent) -> Trajectory:
@@ -39,7 +51,8 @@ def lrgc(log: ScanLog, settings: Slam, watch: Watcher = silent) -> Trajectory:
         if (k + 1) % SHOW_EVERY == 0:
             watch(Progress("slam", k + 1, len(log), mapper.poses()))
     map_from_base = se2.compose(mapper.finish(), se2.invert(log.base_from_laser))
-    return Trajectory(log.stamps, map_from_base, log.base_from_laser, np.array(mapper.breaks, np.int64))
+    told = (np.array(scans, np.int64) for scans in (mapper.breaks, mapper.healed, mapper.jumps))
+    return Trajectory(log.stamps, map_from_base, log.base_from_laser, *told)
 
 
 class Lrgc:
@@ -53,11 +66,16 @@ class Lrgc:
         self.bearings, self.settings, self.has_odometry = np.array(bearings, float), settings, has_odometry
         self.keyframes = Keyframes(self.bearings)
         self.loops = Loops(self.keyframes, settings)
+        self.parts = Parts(self.keyframes, settings)
+        self.doubt = Doubt(self.keyframes)
         self.breaks: list[int] = []
+        self.healed: list[int] = []
+        self.jumps: list[int] = []
         self._links = [Links.none()]
         self._odometry_links: list[Links] = []
         self._odometry = np.zeros(3)  # odom_from_laser of the last scan
         self._since = np.zeros(3)  # its motion since the last keyframe, by odometry
+        self._step = np.zeros(3)  # the same since the scan before
         self._moved = np.zeros(3)  # its motion since the scan before, as estimated
         self._anchor: list[int] = []  # keyframe that the pose of a scan is kept relative to
         self._offset: list[np.ndarray] = []  # keyframe_from_laser of a scan
@@ -86,33 +104,73 @@ class Lrgc:
             self._anchor.append(0)
             self._offset.append(np.zeros(3))
             self.keyframes.add(odometry, scan, ranges, 0)
-            self.loops.advance(False)
+            self.loops.advance(False, False)
+            self.parts.advance(False)
             self._renew_map()
             return odometry
-        moved = between(self._odometry, odometry) if self.has_odometry else self._moved
-        deviation = motion_deviation(moved, s.odometry_noise) + (0.0 if self.has_odometry else s.blind)
         last = chain(self.keyframes.poses[self._anchor[-1]], self._offset[-1])
-        guess = chain(last, moved)
-        match, sure = track(self.keyframes, self._map, scan, ranges, guess, deviation, s, self.has_odometry)
-        self._odometry, self._since, self.match = odometry, chain(self._since, moved), match
-        self._moved = between(last, match.pose)
+        self._step = step = between(self._odometry, odometry)
+        match, sure = self._track(scan, ranges, last, step)
+        self._odometry, self._moved, self.match = odometry, between(last, match.pose), match
         newest = len(self.keyframes) - 1
         offset = between(self.keyframes.poses[newest], match.pose)
+        near = np.hypot(offset[0], offset[1]) < s.keyframe_distance and abs(offset[2]) < s.keyframe_angle
+        if self.doubt.worth_a_look(match.share) or not near:
+            off = between(step, self._moved) / motion_deviation(step, s.odometry_noise)
+            sure = sure and not (self.has_odometry and self.doubt.startling(scan, ranges, match.pose, off))
         self._anchor.append(newest)
         self._offset.append(offset)
-        if sure and np.hypot(offset[0], offset[1]) < s.keyframe_distance and abs(offset[2]) < s.keyframe_angle:
+        if sure and near:
             return match.pose
+        if sure:
+            self.doubt.learn(scan, ranges, match.pose)
         self._anchor[-1], self._offset[-1] = newest + 1, np.zeros(3)
         self.keyframes.add(match.pose, scan, ranges, len(self) - 1)
         self._link(match, sure)
         return np.array(self.keyframes.poses[-1])
+
+    def _track(self, scan: Surface, ranges: np.ndarray, last: np.ndarray, moved: np.ndarray) -> tuple[Match, bool]:
+        """Registers a scan, ``moved`` (3,) from ``last`` (3,) by odometry; and whether that can be believed.
+
+        Odometry that jumps is asked last: wheels do not, but counters overflow and drivers start anew.
+        """
+        s = self.settings
+        if not self.has_odometry:
+            moved = self._moved
+        if self.has_odometry and np.hypot(*(moved - self._moved)[:2]) > STARTLING:
+            steady = self._registered(scan, ranges, last, self._moved, s.blind)
+            impossible = float(np.hypot(moved[0], moved[1])) > IMPOSSIBLE
+            asked = None if impossible else self._registered(scan, ranges, last, moved, 0.0)
+            if self._fits(steady) and not (asked and self._fits(asked)):
+                self.jumps.append(len(self))
+                self._since = chain(self._since, between(last, steady[0].pose))
+                return steady
+            match, sure = asked or self._registered(scan, ranges, last, moved, 0.0)
+            self._since = chain(self._since, moved)
+            return match, sure and not impossible
+        self._since = chain(self._since, moved)
+        return self._registered(scan, ranges, last, moved, 0.0 if self.has_odometry else s.blind)
+
+    def _registered(
+        self, scan: Surface, ranges: np.ndarray, last: np.ndarray, moved: np.ndarray, blind: float
+    ) -> tuple[Match, bool]:
+        """A scan on the local map, ``moved`` (3,) from ``last`` (3,); and whether that can be believed."""
+        assert self._map is not None
+        deviation = np.minimum(motion_deviation(moved, self.settings.odometry_noise) + blind, WIDEST)
+        guess = chain(last, moved)
+        return track(self.keyframes, self._map, scan, ranges, guess, deviation, self.settings, blind == 0.0)
+
+    def _fits(self, registered: tuple[Match, bool]) -> bool:
+        """Whether much of a scan has been recognised."""
+        return registered[1] and registered[0].share > 0.6
 
     def _link(self, match: Match, sure: bool) -> None:
         """Ties the newest keyframe into the graph."""
         k = len(self.keyframes) - 1
         self._odometry_links.append(self._odometry_link(k, sure))
         self._since = np.zeros(3)
-        self.loops.advance(not sure)
+        self.loops.advance(not sure, bool(np.hypot(*self._step[:2]) > GAP[0] or abs(self._step[2]) > GAP[1]))
+        self.parts.advance(not sure)
         if sure:
             self._links.append(links_of(match, self.keyframes.poses, self._members, k))
             self.loops.linked(k, self._members, match.pairs)
@@ -121,6 +179,9 @@ class Lrgc:
         closed = self.loops.seek()
         if closed is not None:
             self._close(closed)
+        found = self.parts.seek()
+        if found is not None:
+            self._rejoin(found)
         self._renew_map()
 
     def _odometry_link(self, k: int, sure: bool) -> Links:
@@ -130,7 +191,11 @@ class Lrgc:
         )
         information = np.diag(deviation**-2.0) if sure else np.eye(3)
         return Links(
-            np.array([k - 1]), np.array([k]), self._since[None], information[None], np.array([9.0 if sure else np.inf])
+            np.array([k - 1]),
+            np.array([k]),
+            self._since[None],
+            information[None],
+            np.array([9.0 if sure else BREAK_SCALE]),
         )
 
     def _renew_map(self) -> None:
@@ -153,12 +218,41 @@ class Lrgc:
         self.keyframes.poses[:] = after if believed else before
         if believed:
             self._links.append(closures)
+            self.parts.meet(int(closures.a[-1]), int(closures.b[-1]))
+            self._heal()
         self.loops.closed(believed)
+
+    def _rejoin(self, found: Found) -> bool:
+        """Puts a part to its place on another one, unless that strains the graph; whether it did."""
+        frames, moved = self.keyframes, self.parts.of == found.moved
+        kept = frames.poses.copy()
+        frames.poses[moved] = se2.compose(found.correction, kept[moved])
+        links = self.loops.links(found.closures)
+        graph = self._graph()
+        before = optimise(kept, graph)
+        after = optimise(frames.poses, graph.plus(links))  # the graph alone would take the part back
+        believed = tension(after, graph) - tension(before, graph) < self.settings.strain
+        frames.poses[:] = after if believed else kept
+        if believed:
+            self._links.append(links)
+            self.parts.join(found)
+            self.loops.join(found.closures)
+            self._heal()
+        return believed
+
+    def _heal(self) -> None:
+        """Breaks whose two sides are one part by now are healed."""
+        first = np.searchsorted(self.keyframes.scans, self.breaks)
+        whole = self.parts.of[first] == self.parts.of[first - 1]
+        self.healed = sorted(self.healed + [b for b, ok in zip(self.breaks, whole, strict=True) if ok])
+        self.breaks = [b for b, ok in zip(self.breaks, whole, strict=True) if not ok]
 
     def finish(self) -> np.ndarray:
         """(N, 3) map_from_laser of all scans, after the final optimisation."""
         if len(self.keyframes) > 1:
             self.keyframes.poses[:] = optimise(self.keyframes.poses, self._graph())
+            while self.parts.many() and (found := self.parts.seek_all()) is not None and self._rejoin(found):
+                pass
             for closures in self.loops.seek_again():
                 self._close(closures)
             refine(self.keyframes, self._odometry_links[0], self.settings)

@@ -21,9 +21,9 @@ class Ways:
         self._graph: csr_matrix | None = None  # of the edges, when they are asked for
 
     def advance(self, step: float) -> None:
-        """A new keyframe, ``step`` [m] from the one before."""
+        """A new keyframe, ``step`` [m] from the one before; inf if no way leads to it."""
         k = len(self.length)
-        if k:
+        if k and np.isfinite(step):
             self._add(k - 1, k, step)
         self.length = np.append(self.length + step, 0.0)
 

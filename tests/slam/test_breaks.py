@@ -42,6 +42,30 @@ def test_a_robot_put_elsewhere_is_told_and_bends_nothing(start: int, goal: int) 
         assert np.abs(found - se2.relative(true[part][0], true[part]))[:, :2].max() < 0.15
 
 
+def test_a_robot_put_back_to_where_it_had_been_is_found_there() -> None:
+    start, goal = 2081, 1668
+    part, odometry = np.r_[start - 500 : start, goal : goal + 200], OFFICE.odom_from_base
+    elsewhere = se2.compose(odometry[start - 1], se2.relative(odometry[goal], odometry[goal : goal + 200]))
+    log = replace(OFFICE[part], odom_from_base=np.concatenate([odometry[start - 500 : start], elsewhere]))
+    trajectory = lrgc(log, Slam())
+    assert trajectory.breaks.tolist() == []
+    assert trajectory.healed.tolist() == [500]
+    assert "found on the map again" in trajectory.notes[0]
+    found = se2.relative(trajectory.map_from_base[0], trajectory.map_from_base)
+    assert np.abs(found - se2.relative(TRUE[part][0], TRUE[part]))[:, :2].max() < 0.2
+
+
+@pytest.mark.parametrize("jump", [50.0, 3e6])
+def test_odometry_that_jumps_breaks_nothing(jump: float) -> None:
+    odometry = OFFICE[:300].odom_from_base.copy()
+    odometry[150:, 0] += jump
+    trajectory = lrgc(replace(OFFICE[:300], odom_from_base=odometry), Slam())
+    assert trajectory.breaks.tolist() == []
+    assert trajectory.jumps.tolist() == [150]
+    found = se2.relative(trajectory.map_from_base[0], trajectory.map_from_base)
+    assert np.abs(found - se2.relative(TRUE[0], TRUE[:300]))[:, :2].max() < 0.15
+
+
 def test_a_whole_drive_has_no_breaks() -> None:
     trajectory = lrgc(OFFICE[:400], Slam())
     assert len(trajectory.breaks) == 0
