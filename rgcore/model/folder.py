@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 VERSION = 1
+SAMPLE = 1000
+"""Scans that are kept in a run to measure a corrected map by."""
 AGAIN = "map the log again with `rgviz run LOG -o PROJECT.rg`"
 
 
@@ -181,12 +183,16 @@ def _segments(run: Run) -> dict[str, np.ndarray]:
     s, log = run.segments, run.log
     ends = transformed(run.trajectory.map_from_laser[s.scan], s.ends)
     usable = log.usable(run.config.slam.max_range)
-    centimetres = np.where(usable, 100.0 * np.where(usable, log.ranges, 0.0), 0.0).astype(np.uint16)
+    millimetres = np.clip(1000.0 * np.where(usable, log.ranges, 0.0), 0, 65535).round().astype(np.uint16)
+    sample = np.arange(0, len(log), max(1, -(-len(log) // SAMPLE)))
     return {
         "ends": ends.astype(np.float32),
         "scan": s.scan.astype(np.int32),
         "readings": usable.sum(1).astype(np.int32),
-        "deflated": np.array(len(zlib.compress(centimetres.tobytes()))),
+        "deflated": np.array(len(zlib.compress((millimetres // 10).tobytes()))),
+        "sample": sample.astype(np.int32),
+        "ranges": millimetres[sample],
+        "bearings": log.bearings,
     }
 
 
@@ -218,13 +224,17 @@ def read_base(where: Path) -> RGMap:
 
 class KeptSegments(NamedTuple):
     """``ends`` (M, 2, 2) m, map frame, of all scans, and the ``scan`` (M,) of each; ``readings`` used by scan (N,);
-    ``deflated``: bytes of the bare scans, two a reading (centimetres), compressed by zlib.
+    ``deflated``: bytes of the bare scans, two a reading (centimetres), compressed by zlib. ``sample`` (S,): scans whose
+    ``ranges`` (S, B) [m], 0 = none, at ``bearings`` (B,) are kept, so that a corrected map can be measured.
     """
 
     ends: np.ndarray
     scan: np.ndarray
     readings: np.ndarray
     deflated: int
+    sample: np.ndarray
+    ranges: np.ndarray
+    bearings: np.ndarray
 
 
 def read_segments(where: Path) -> KeptSegments | None:
@@ -232,7 +242,9 @@ def read_segments(where: Path) -> KeptSegments | None:
 
     def segments(data: bytes) -> KeptSegments:
         with np.load(io.BytesIO(data), allow_pickle=False) as a:
-            return KeptSegments(a["ends"], a["scan"], a["readings"], int(a["deflated"]))
+            ranges = a["ranges"].astype(float) / 1000.0
+            own = a["ends"], a["scan"], a["readings"], int(a["deflated"]), a["sample"], ranges, a["bearings"]
+            return KeptSegments(*own)
 
     file = where / "segments.npz"
     return _read(file, segments) if file.exists() else None

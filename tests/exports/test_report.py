@@ -1,4 +1,4 @@
-"""The report of a map: parsed as a browser would, its numbers those of `rgviz measure`, nothing fetched from elsewhere."""
+"""The report of a map: parsed as a browser would, its numbers those of `rgviz measure`, nothing fetched."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rgviz.mapping import map_into
 from rgviz.measure import figures
 
 NASTY = '<script>alert(1)</script> & "Büro"'
-VOID = {"meta", "link", "img", "br", "hr", "input", "circle", "rect", "path"}
+VOID = {"meta", "link", "img", "br", "hr", "input"}
 
 
 class Page(HTMLParser):
