@@ -105,6 +105,13 @@ def _parser() -> argparse.ArgumentParser:
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("out", type=Path, metavar="OUT.EXT")
     c.add_argument("--wall-height", type=float, default=2.5, metavar="M", help="height of walls in .glb (default: 2.5)")
+    c.add_argument("--resolution", type=float, default=0.05, metavar="M", help="cells of the grid in .yaml (0.05)")
+    c.add_argument(
+        "--georeference",
+        type=_georeference,
+        metavar="LAT,LON[,DEGREES]",
+        help="where the origin lies (WGS 84), and the x axis against east; for .geojson .fg.json .osm",
+    )
     c = command("report", _report, "write a page on how compact and how true the map is, with all its figures")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("-o", "--out", type=Path, metavar="OUT.html", help="default: the project's name, here")
@@ -121,6 +128,14 @@ def _parser() -> argparse.ArgumentParser:
         "--forward", type=float, default=0.0, metavar="M", help="their frame lies this far ahead of the laser"
     )
     g.add_argument("--loops", action="store_true", help="of a graph, only the relations after #LOOP EDGES")
+    c = command("lint", _lint, "what looks wrong in a map: gateways, regions and walls that a person should look at")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("--robot-width", type=float, metavar="M", help="width of the robot (default: that of places)")
+    c.add_argument("--all", action="store_true", help="findings that a person lets stand as well")
+    c.add_argument("--json", action="store_true", help="as JSON, a remedy as an edit for `rgviz edit`")
+    c = command("find", _find, "items of a map by a search like 'class:TOMA accuracy>0.2 edited:yes'")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("search", metavar="SEARCH")
     c = command("simulate", _simulate, "drive a simulated robot through a floor plan")
     c.add_argument("plan", type=Path, metavar="PLAN", help="floor plan: JSON, or an image with --resolution")
     c.add_argument(
@@ -232,7 +247,8 @@ def _export(args: argparse.Namespace) -> None:
     from rgcore.model.project import Project
 
     with Project.open(args.project) as project:
-        lost = export(args.out, project.map, project.trajectory, wall_height=args.wall_height)
+        options = {k: getattr(args, k) for k in ("wall_height", "resolution", "georeference")}
+        lost = export(args.out, project.map, project.trajectory, **options)
     _tell(args.out, [f"not in this format: {what}" for what in lost])
     print(args.out)
 
@@ -279,6 +295,20 @@ def _relation_figures(project: Any, args: argparse.Namespace) -> dict[str, float
     return relation_figures(relation_error(project.trajectory, relations, odometry, args.rows, args.forward))
 
 
+def _georeference(text: str) -> Any:
+    import math
+
+    from rgcore.exports.options import Georeference
+
+    try:
+        latitude, longitude, *turn = (float(word) for word in text.split(","))
+        if len(turn) > 1 or not all(map(math.isfinite, (latitude, longitude, *turn))):
+            raise ValueError
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not LAT,LON or LAT,LON,DEGREES") from None
+    return Georeference(latitude, longitude, math.radians(turn[0]) if turn else 0.0)
+
+
 def _two_numbers(text: str) -> tuple[int, int]:
     first, _, step = text.partition(",")
     return int(first), int(step)
@@ -289,6 +319,47 @@ def _simulate(args: argparse.Namespace) -> None:
 
     simulated = simulate_to_files(args.plan, args.log, resolution=args.resolution, seed=args.seed)
     print(f"{args.log}: {len(simulated.log)} scans")
+
+
+def _lint(args: argparse.Namespace) -> None:
+    """Prints a finding a line; the exit code stays 0: a finding is for a person to judge."""
+    import json
+
+    import msgspec
+
+    from rgcore.model.lint import ROBOT_WIDTH, lint
+    from rgcore.model.project import Project
+
+    width = ROBOT_WIDTH if args.robot_width is None else args.robot_width
+    if not 0 <= width < 100:
+        raise RgError(f"--robot-width {width:g}: must be metres, 0 or more")
+    with Project.open(args.project) as project:
+        found = lint(project.map, width, args.all)
+    if args.json:
+        rows = [
+            {
+                "id": f.id,
+                "code": f.code,
+                "items": f.items,
+                "text": f.text,
+                "place": f.place,
+                "remedy": msgspec.to_builtins(f.remedy) if f.remedy is not None else None,
+            }
+            for f in found
+        ]
+        print(json.dumps(rows, indent=1))
+        return
+    for f in found:
+        print(f"{f.code}: {f.text} (at {f.place[0]:.2f}, {f.place[1]:.2f})")
+
+
+def _find(args: argparse.Namespace) -> None:
+    from rgcore.model.find import find
+    from rgcore.model.project import Project
+
+    with Project.open(args.project) as project:
+        for id in find(project.map, args.search):
+            print(id)
 
 
 def _info(args: argparse.Namespace) -> None:

@@ -234,3 +234,52 @@ def test_tables_are_whole_in_a_pipe(project: Path) -> None:
     done = rgviz("measure", project)
     assert "accuracy" in done.stdout
     assert "…" not in done.stdout
+
+
+def test_export_tells_what_a_format_cannot_carry_and_places_a_map_on_the_earth(project: Path, tmp_path: Path) -> None:
+    metres = rgviz("export", project, tmp_path / "map.geojson")
+    assert "not in this format: the coordinates are metres of the map frame" in metres.stderr
+    placed = rgviz("export", project, tmp_path / "map.geojson", "--georeference=-53.1,8.8,30")
+    assert placed.returncode == 0
+    assert placed.stderr == ""
+    features = json.loads((tmp_path / "map.geojson").read_text(encoding="utf-8"))["features"]
+    lon, lat = np.array(next(f for f in features if f["id"] == "r1")["geometry"]["coordinates"][0]).T
+    assert np.abs(lon - 8.8).max() < 0.01
+    assert np.abs(lat + 53.1).max() < 0.01
+    wrong = rgviz("export", project, tmp_path / "map.geojson", "--georeference=Bremen")
+    assert wrong.returncode == 2
+    assert "'Bremen' is not LAT,LON" in wrong.stderr
+
+
+def test_nav2_files_lie_beside_each_other(project: Path, tmp_path: Path) -> None:
+    assert rgviz("export", project, tmp_path / "map.yaml", "--resolution", 0.1).returncode == 0
+    names = {p.name for p in tmp_path.iterdir()}
+    assert {"map.yaml", "map.pgm", "map-keepout.yaml", "map-speed.pgm"} <= names
+
+
+def test_lint_gives_remedies_that_edit_takes(project: Path, tmp_path: Path) -> None:
+    found = json.loads(rgviz("lint", project, "--json", "--robot-width", 1.5).stdout)
+    assert found
+    assert any(f["code"] == "narrow-gateway" for f in found)
+    told = rgviz("lint", project, "--robot-width", 1.5).stdout
+    assert all(f["text"] in told for f in found)
+    assert "must be metres" in rgviz("lint", project, "--robot-width", -1).stderr
+
+
+def test_find_prints_ids(project: Path) -> None:
+    found = rgviz("find", project, "kind:region").stdout.split()
+    assert "r1" in found
+    wrong = rgviz("find", project, "colour:red")
+    assert wrong.returncode == 1
+    assert wrong.stderr.strip() == "rgviz: colour:red: there is no field colour; did you mean clutter?"
+
+
+def test_info_tells_what_is_in_a_log_and_a_project(short_log: Path, project: Path) -> None:
+    log = json.loads(rgviz("info", short_log, "--json").stdout)
+    assert (log["kind"], log["format"], log["beams"], log["odometry"]) == ("log", "carmen", 181, True)
+    assert log["way"] > 1
+    made = json.loads(rgviz("info", project, "--json").stdout)
+    assert made["kind"] == "project"
+    assert made["scans"] == log["scans"]
+    assert "181" in rgviz("info", short_log).stdout
+    assert "there is no such file" in rgviz("info", "nowhere.log").stderr
