@@ -17,6 +17,11 @@ THIN = 0.01
 """m on both sides of a line that a way must not cross."""
 
 
+STEP, TILT = 1.5, 0.025
+"""Pieces of outline are one edge if all of both is nearer to their line than so many times the tolerance, and if that
+line leans by no more [rad] from the longer of them."""
+
+
 def from_mask(mask: Grid) -> list[Polygon]:
     """Polygons that cover the cells of a mask exactly, largest first, in metres."""
     cells = np.asarray(mask.values) != 0
@@ -60,13 +65,13 @@ def _straight_ring(ring: np.ndarray, tolerance: float) -> np.ndarray:
         n = direction * (start[(i + 1) % len(start)] - a) % len(dense)
         piece = dense[(a + direction * np.arange(n + 1)) % len(dense)]
         if np.hypot(*(piece[-1] - piece[0])) >= 3 * tolerance:  # shorter ones only cut a corner
-            middle = piece.mean(0)
-            _, axes = np.linalg.eigh(np.cov((piece - middle).T))
-            pieces.append((middle, axes[:, 1], piece[0], piece[-1]))
+            pieces.append(piece)
+    pieces = _without_steps(pieces, STEP * tolerance)
     if len(pieces) < 3:
         return corners
     out = []
-    for (p, u, _, end), (q, v, begin, _) in zip(pieces, [*pieces[1:], pieces[0]], strict=True):
+    lines = [(*_fitted(piece)[:2], piece[0], piece[-1]) for piece in pieces]
+    for (p, u, _, end), (q, v, begin, _) in zip(lines, [*lines[1:], lines[0]], strict=True):
         turn = u[0] * v[1] - u[1] * v[0]
         if abs(turn) > 0.3:
             meet = p + u * ((q - p)[0] * v[1] - (q - p)[1] * v[0]) / turn
@@ -75,6 +80,29 @@ def _straight_ring(ring: np.ndarray, tolerance: float) -> np.ndarray:
                 continue
         out += [p + u * ((end - p) @ u), q + v * ((begin - q) @ v)]
     return np.array(out)
+
+
+def _fitted(piece: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """The least-squares line of points (n, 2): a point, its direction, and the farthest point's distance from it."""
+    middle = piece.mean(0)
+    _, axes = np.linalg.eigh(np.cov((piece - middle).T))
+    return middle, axes[:, 1], float(np.abs((piece - middle) @ axes[:, 0]).max())
+
+
+def _without_steps(pieces: list[np.ndarray], tolerance: float) -> list[np.ndarray]:
+    """The pieces of a ring, neighbours joined while one line fits both: between them was a step of the raster."""
+    i = since = 0
+    while len(pieces) > 3 and since < len(pieces):
+        j = (i + 1) % len(pieces)
+        both = np.concatenate([pieces[i], pieces[j]])
+        longer = max(pieces[i], pieces[j], key=len)
+        (_, u, far), (_, v, _) = _fitted(both), _fitted(longer)
+        if far <= tolerance and abs(u[0] * v[1] - u[1] * v[0]) <= TILT:
+            pieces = [both if k == i else p for k, p in enumerate(pieces) if k != j]
+            i, since = min(i, len(pieces) - 1), 0
+        else:
+            i, since = j, since + 1
+    return pieces
 
 
 def rings(polygon: Polygon, digits: int = 4) -> tuple[Ring, tuple[Ring, ...]]:

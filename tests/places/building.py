@@ -57,9 +57,8 @@ def world() -> np.ndarray:
 
 def way() -> np.ndarray:
     """(N, 3) poses: along the hallway, through the left door, around the left room, and back."""
-    return along(
-        (1, 1), (13, 1), (3.95, 1), (3.95, 3), (1.5, 3.2), (2.5, 6), (3.8, 6.2), (2.5, 3), (3.95, 3), (3.95, 1)
-    )
+    there = (1, 1), (13, 1), (3.95, 1), (3.95, 3), (1.5, 3.2), (2.5, 6), (3.8, 6.2)
+    return along(*there, (2.5, 3), (3.95, 3), (3.95, 1))
 
 
 def along(*stops: tuple[float, float]) -> np.ndarray:
@@ -96,7 +95,7 @@ def survey(
     walls: np.ndarray | None = None,
     poses: np.ndarray | None = None,
 ) -> Building:
-    """Drive through the building (or one of other walls, on another way) with perfect poses and 12 mm of range noise."""
+    """Drive through the building (or other walls, another way) with perfect poses and 12 mm of range noise."""
     c = config or Config()
     frame = np.array(map_from_plan, float)
     poses = way() if poses is None else poses

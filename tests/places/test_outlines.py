@@ -20,9 +20,9 @@ def drawn(corners: np.ndarray, resolution: float = 0.05) -> Grid:
 
 
 def test_turned_rectangles_get_their_four_straight_sides_back() -> None:
-    """At a few angles a step of the raster survives as a corner; never is more than a tenth of the area lost or won."""
+    """At two angles in a hundred a step of the raster survives as a corner; the area is right to a tenth."""
     corners = []
-    for turn in np.linspace(0, np.pi, 37):
+    for turn in np.linspace(0, np.pi, 49):
         for width, height in ((4, 1), (1, 1), (8, 2), (5, 5), (2.3, 1.7), (8, 1)):
             c, s = np.cos(turn), np.sin(turn)
             true = np.array([[0, 0], [width, 0], [width, height], [0, height]]) @ np.array([[c, s], [-s, c]])
@@ -32,8 +32,8 @@ def test_turned_rectangles_get_their_four_straight_sides_back() -> None:
             boundary, holes = polygons.rings(shape)
             assert holes == ()
             corners.append(len(boundary))
-    assert np.mean(np.array(corners) <= 6) > 0.95
-    assert max(corners) <= 12
+    assert np.mean(np.array(corners) == 4) > 0.97
+    assert max(corners) <= 6
 
 
 def test_a_hole_stays_unless_it_is_small() -> None:
