@@ -49,7 +49,7 @@ class Extract(Settings, frozen=True):
 class Slam(Settings, frozen=True):
     """Scan matching by local registration and global correlation (paper, section IV-A)."""
 
-    max_range: Annotated[float, setting("m", "farther readings are few and hit at grazing angles", gt=0, le=200)] = 25.0
+    max_range: Annotated[float, setting("m", "halls are this wide; farther readings are few", gt=0, le=200)] = 40.0
     spacing: Annotated[float, setting("m", "points of a scan nearer than this say the same", ge=0, le=1)] = 0.06
     point_noise: Annotated[
         float, setting("m", "deviation of an echo from its wall, range noise and roughness", gt=0, le=1)
