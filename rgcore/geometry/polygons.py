@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -85,8 +86,10 @@ def _straight_ring(ring: np.ndarray, tolerance: float) -> np.ndarray:
 def _fitted(piece: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
     """The least-squares line of points (n, 2): a point, its direction, and the farthest point's distance from it."""
     middle = piece.mean(0)
-    _, axes = np.linalg.eigh(np.cov((piece - middle).T))
-    return middle, axes[:, 1], float(np.abs((piece - middle) @ axes[:, 0]).max())
+    x, y = (piece - middle).T
+    angle = 0.5 * math.atan2(2 * (x @ y), x @ x - y @ y)
+    c, s = math.cos(angle), math.sin(angle)
+    return middle, np.array([c, s]), float(np.abs(c * y - s * x).max())
 
 
 def _without_steps(pieces: list[np.ndarray], tolerance: float) -> list[np.ndarray]:
