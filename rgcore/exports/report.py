@@ -310,7 +310,7 @@ def _named(r: Region) -> str:
 
 
 def _factor(segments: int | None, lines: int) -> str:
-    return "-" if segments is None or lines == 0 else f"{segments / lines:.1f}"
+    return "-" if not segments or lines == 0 else f"{segments / lines:.1f}"
 
 
 def _mm(metres: float | None) -> str:
