@@ -50,6 +50,8 @@ def complete_lines(
     ``region_at`` gives the regions (K,) of points (K, 2) in the map frame, -1 = none. A line of scattered echoes has
     as its support the scans that saw it.
     """
+    if len(segments) == 0:
+        return lines, line_of
     usable = log.usable(settings.max_range)
     step = max(1, int(np.ceil(usable.sum() / _MOST_READINGS)))
     scans = np.arange(0, len(log), step)
