@@ -6,6 +6,7 @@ editor, and a crafted link could load a foreign script into our page. So, on the
 * the ``Host`` must be ours (DNS rebinding), the ``Origin`` of a websocket must be that host (a foreign page);
 * the printed link carries a token; it is exchanged for a strict, script-proof cookie, asked for ever after;
 * the URL parameters that make viser's page connect elsewhere are refused, and a policy header (CSP) forbids it too;
+* a second link carries another token: who comes by it may look and download, nothing else;
 * ``static/`` and the downloads come from here as well.
 
 :mod:`rgviz.server` puts it in front of viser.
@@ -29,6 +30,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from pathlib import Path
+from typing import Literal
 from urllib.parse import parse_qsl, unquote, urlsplit
 
 from websockets.datastructures import Headers
@@ -70,6 +72,9 @@ class File:
     name: str | None = None
 
 
+Role = Literal["edit", "view"]
+"""What a link allows: to correct the map, or to look at it."""
+
 Route = Callable[[dict[str, str]], File]
 """From the URL's parameters to a file. Runs on a worker thread; an ``RgError`` becomes a readable 409."""
 
@@ -96,9 +101,34 @@ class Gate:
         return f"rgviz_{self.port}"
 
     @property
+    def view_token(self) -> str:
+        """The secret of the link for looking: it follows from the token, and the token does not follow from it."""
+        return self._derived("rgviz view")[:32]
+
+    @property
     def session(self) -> str:
         """What the cookie holds: derived, so that with a fixed token an open tab survives a restart."""
-        return hmac.new(self.token.encode(), b"rgviz session", hashlib.sha256).hexdigest()
+        return self._derived("rgviz session")
+
+    @property
+    def view_session(self) -> str:
+        """What the cookie of the link for looking holds."""
+        return self._derived("rgviz view session")
+
+    def role(self, request: Request) -> Role | None:
+        """What the cookie of a request, or the token that it bears, allows; None: nothing."""
+        cookie, bearer = self._cookie_of(request), "".join(request.headers.get_all("Authorization"))
+        roles: tuple[tuple[Role, str, str], ...] = (
+            ("edit", self.session, self.token),
+            ("view", self.view_session, self.view_token),
+        )
+        for role, session, token in roles:
+            if _same(cookie, session) or _same(bearer, f"Bearer {token}"):
+                return role
+        return None
+
+    def _derived(self, purpose: str) -> str:
+        return hmac.new(self.token.encode(), purpose.encode(), hashlib.sha256).hexdigest()
 
     def refuse(self, request: Request) -> Response | None:
         """The answer that turns a request away, or None if it may pass (websocket handshakes included)."""
@@ -124,13 +154,16 @@ class Gate:
         """The answer to a request that shows the token or shows nothing; None if its cookie is good."""
         shown = dict(_parameters(request)).get("token")
         if shown is not None and not is_websocket(request):
-            if not _same(shown, self.token):
+            if _same(shown, self.token):
+                session = self.session
+            elif _same(shown, self.view_token):
+                session = self.view_session
+            else:
                 return _refusal(403, "that token is not (or no longer) valid; open the link that rgviz printed")
             # a page that moves on by itself, not a redirect: a strict cookie is not sent on one begun elsewhere
-            cookie = f"{self.cookie}={self.session}; Path=/; HttpOnly; SameSite=Strict"
+            cookie = f"{self.cookie}={session}; Path=/; HttpOnly; SameSite=Strict"
             return _answer(200, _LOGIN.encode(), "text/html; charset=utf-8", {"Set-Cookie": cookie})
-        bearer = request.headers.get_all("Authorization")
-        if _same(self._cookie_of(request), self.session) or _same("".join(bearer), f"Bearer {self.token}"):
+        if self.role(request) is not None:
             return None
         return _refusal(401, "open the link that rgviz printed when it started; it carries the key")
 
@@ -199,10 +232,10 @@ def hosts_for(host: str) -> tuple[frozenset[str], bool]:
     return LOOPBACK | {host.lower(), f"[{host.lower()}]"}, False
 
 
-def link(gate: Gate, host: str) -> str:
+def link(gate: Gate, host: str, role: Role = "edit") -> str:
     """The address to open, token included."""
     name = "127.0.0.1" if host in ANY_ADDRESS else f"[{host}]" if ":" in host else host
-    return f"http://{name}:{gate.port}/?token={gate.token}"
+    return f"http://{name}:{gate.port}/?token={gate.token if role == 'edit' else gate.view_token}"
 
 
 def new_token() -> str:

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import viser
 import viser._messages
 import websockets.asyncio.server
@@ -23,7 +24,16 @@ from websockets.http11 import Request, Response
 from rgcore.errors import RgError
 from rgviz.gate import Gate, is_websocket, with_headers
 
+LARGEST = 4 * 2**20
+"""bytes of one message from a browser; those of the page are a few kilobytes"""
+UPLOADS = frozenset({"FileTransferStartUpload", "FileTransferPart"})
+"""Messages of viser that bring files. The page sends none; who does wants to fill the memory."""
+
 _serve_lock = threading.Lock()
+
+
+class _Kind(msgspec.Struct):
+    type: str = ""
 
 
 def patched_page(title: str, head: str) -> bytes:
@@ -60,6 +70,13 @@ def open_server(gate: Gate, host: str, port: int) -> viser.ViserServer:
     return server
 
 
+def may_edit(server: viser.ViserServer, gate: Gate, client_id: int) -> bool:
+    """Whether a browser came by the link that allows edits; one that cannot be asked any more did not."""
+    connection = server._websock_server._live_connections.get(client_id)
+    request = None if connection is None else connection.request
+    return request is not None and gate.role(request) == "edit"
+
+
 def close_server(server: viser.ViserServer) -> None:
     with _silence():
         server.stop()
@@ -79,17 +96,34 @@ def _serve_through(gate: Gate, installed: list[bool]) -> Iterator[None]:
                 answer = process_request(connection, request)
                 if inspect.isawaitable(answer):
                     answer = await answer
+            if answer is None and is_websocket(request):
+                _refuse_uploads(connection)
             return None if answer is None else with_headers(answer)
 
         if not installed:
             installed.append(process_request is not None)
-        return original(*args, process_request=guarded, **rest)
+        return original(*args, process_request=guarded, **{**rest, "max_size": LARGEST})
 
     websockets.asyncio.server.serve = serve  # type: ignore[misc, assignment]
     try:
         yield
     finally:
         websockets.asyncio.server.serve = original  # type: ignore[misc]
+
+
+def _refuse_uploads(connection: Any) -> None:
+    """Close a websocket that brings a file."""
+    receive = connection.recv
+
+    async def checked(*args: Any, **rest: Any) -> Any:
+        message = await receive(*args, **rest)
+        with contextlib.suppress(msgspec.DecodeError):  # anything else that is wrong with it viser finds out itself
+            if msgspec.msgpack.decode(message, type=_Kind).type in UPLOADS:
+                await connection.close(1008, "rgviz: files are not taken here")
+                return await receive(*args, **rest)  # raises that the connection is closed
+        return message
+
+    connection.recv = checked
 
 
 @contextlib.contextmanager

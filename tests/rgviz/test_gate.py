@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 from rgcore.errors import EditError, RgError
 from rgviz import server as server_module
 from rgviz.gate import File, Gate, hosts_for, link
-from rgviz.server import close_server, open_server, patched_page
+from rgviz.server import LARGEST, close_server, may_edit, open_server, patched_page
 
 TOKEN = "a-secret-of-this-test"
 
@@ -202,6 +202,106 @@ def test_junk_does_not_stop_the_server(served: Served) -> None:
         served.websocket(send=junk, **ours)
     assert served.websocket(**ours) == 101
     assert served.get("/", **served.cookie()).status == 200
+
+
+def test_ten_thousand_junk_messages_cost_nobody_else_anything(served: Served) -> None:
+    ours = {"Origin": f"http://{served.host}", **served.cookie()}
+    junk = [
+        msgspec.msgpack.encode(m)
+        for m in (
+            {"type": "GuiUpdateMessage", "uuid": "no-such-field", "updates": {"value": "x" * 500}},
+            {"type": "GuiButtonHoldMessage", "uuid": "none", "frequency": 1e9},
+            {"type": "ViewerCameraMessage"},
+        )
+    ]
+    with _opened(served) as w:
+        for n in range(10_000):
+            try:
+                w.send(junk[n % len(junk)])
+            except websockets.exceptions.ConnectionClosed:
+                break
+        began = time.monotonic()
+        assert served.get("/static/app.js", **served.cookie()).status == 200
+        assert time.monotonic() - began < 5, "others had to wait"
+    assert served.websocket(**ours) == 101
+
+
+def test_a_gigabyte_is_not_taken(served: Served) -> None:
+    """Neither as viser's upload, with or without its announcement, nor as one message."""
+    start = {
+        "type": "FileTransferStartUpload",
+        "source_component_uuid": "none",
+        "transfer_uuid": "t",
+        "filename": "../../etc/passwd",
+        "mime_type": "text/plain",
+        "part_count": 1024,
+        "size_bytes": 2**30,
+    }
+    part = {"type": "FileTransferPart", "source_component_uuid": "none", "transfer_uuid": "t", "part_index": 0}
+    megabyte = b"x" * 2**20
+    for first, rest in ((start, {**part, "content": megabyte}), ({**part, "content": megabyte},) * 2):
+        code, sent = _poured(served, first, *[rest] * 1024)
+        assert code == 1008
+        assert sent < 100, "a gigabyte was nearly there"
+    assert not served.server.gui._current_file_upload_states
+    large = {"type": "GuiUpdateMessage", "uuid": "x", "updates": {"value": "x" * LARGEST}}
+    assert _poured(served, large)[0] == 1009
+    assert served.get("/", **served.cookie()).status == 200
+
+
+def test_the_link_for_looking_is_another_one_and_forged_ones_are_none(served: Served) -> None:
+    gate = served.gate
+    assert link(gate, "127.0.0.1", "view") == f"http://{served.host}/?token={gate.view_token}"
+    assert gate.view_token not in (gate.token, "")
+    cookie = served.get(f"/?token={gate.view_token}").headers["Set-Cookie"].split(";")[0]
+    assert cookie == f"{gate.cookie}={gate.view_session}"
+    for path in ("/", "/static/app.js", "/export/map.json"):
+        assert served.get(path, Cookie=cookie).status == 200
+    assert served.get("/", Authorization=f"Bearer {gate.view_token}").status == 200
+    for forged in (gate.view_token[:-1], gate.view_session, gate.session, TOKEN.upper(), ""):
+        assert served.get(f"/?token={forged}").status == 403, forged
+    for forged in (gate.token, gate.view_token, gate.session[:-1]):
+        assert served.get("/", Cookie=f"{gate.cookie}={forged}").status == 401, forged
+
+
+def test_who_came_to_look_is_known_as_long_as_the_browser_is_there(served: Served) -> None:
+    def asked(cookie: str) -> set[bool]:
+        before = set(served.server._websock_server._live_connections)
+        with _opened(served, cookie):
+            new = set(served.server._websock_server._live_connections) - before
+            return {may_edit(served.server, served.gate, i) for i in new}
+
+    assert asked(f"{served.gate.cookie}={served.gate.session}") == {True}
+    assert asked(f"{served.gate.cookie}={served.gate.view_session}") == {False}
+    assert not may_edit(served.server, served.gate, 10**6)
+
+
+def _poured(served: Served, *messages: object) -> tuple[int | None, int]:
+    """How the server closes a websocket that sends all this, and how many it took before."""
+    sent = 0
+    with _opened(served) as w:
+        try:
+            for m in messages:
+                w.send(msgspec.msgpack.encode(m))
+                sent += 1
+            while True:
+                w.recv(timeout=5)
+        except websockets.exceptions.ConnectionClosed as e:
+            return e.rcvd.code if e.rcvd else None, sent
+
+
+def _opened(served: Served, cookie: str = "") -> Any:
+    """A websocket that has spoken."""
+    protocol: Any = f"viser-v{viser.__version__}"
+    w = connect(
+        f"ws://{served.host}/",
+        origin=f"http://{served.host}",  # type: ignore[arg-type]
+        additional_headers={"Cookie": cookie} if cookie else served.cookie(),
+        subprotocols=[protocol],
+        max_size=None,
+    )
+    w.recv(timeout=5)
+    return w
 
 
 def test_it_fails_closed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
