@@ -14,7 +14,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from rgcore.errors import RgError, one_line
 from rgcore.model.records import Box2, Line, Region, RGMap
 from rgcore.progress import Progress
 from rgcore.scans.bags import USUAL, Topics
+
+if TYPE_CHECKING:
+    from rgcore.pipeline import Run
 
 EVERY = 0.25
 """s between two reports at most"""
@@ -50,26 +53,27 @@ class Finished:
     error: str | None = None
 
 
-class MappingJob:
-    """``log`` becomes the project ``project``. ``tell`` is called on a thread of the job's own."""
+class Job:
+    """Work in a process of its own. ``tell`` is called, on a thread of the job's own, with all that the child sends.
+
+    The child calls ``work(*args, pipe)``. Where it fails and was to make a new ``project``, nothing of that stays.
+    """
 
     def __init__(
         self,
         log: Path,
-        project: Path,
-        config: Config,
-        tell: Callable[[Report | Finished], None],
-        topics: Topics = USUAL,
+        project: Path | None,
+        tell: Callable[[Any], None],
+        work: Callable[..., None],
+        *args: Any,
     ) -> None:
         self.log, self.project = log, project
         self._tell = tell
-        self._was_there = project.exists()
+        self._was_there = project is not None and project.exists()
         self._cancelled = False
         context = multiprocessing.get_context("spawn")
         self._pipe, theirs = context.Pipe(duplex=True)
-        self._child = context.Process(
-            target=_work, args=(log, project, config, topics, theirs), name="rgviz mapping", daemon=True
-        )
+        self._child = context.Process(target=_work, args=(log, work, args, theirs), name="rgviz mapping", daemon=True)
         self._child.start()
         theirs.close()
         self._thread = threading.Thread(target=self._listen, name="rgviz mapping reports", daemon=True)
@@ -97,18 +101,35 @@ class MappingJob:
                 self._tell(message)
         self._child.join()
         self._pipe.close()
-        if ending.error is not None and not self._was_there and not (self.project / "current").exists():
-            shutil.rmtree(self.project, ignore_errors=True)
+        if ending.error is not None:
+            self._clean()
         if not self._cancelled:
             self._tell(ending)
 
+    def _clean(self) -> None:
+        if self.project is not None and not self._was_there and not (self.project / "current").exists():
+            shutil.rmtree(self.project, ignore_errors=True)
 
-def _work(log: Path, project: Path, config: Config, topics: Topics, pipe: Connection) -> None:
-    """In the child: read, map, make the project."""
+
+class MappingJob(Job):
+    """``log`` becomes the project ``project``, as fast as it goes: reports, then how it ended."""
+
+    def __init__(
+        self,
+        log: Path,
+        project: Path,
+        config: Config,
+        tell: Callable[[Report | Finished], None],
+        topics: Topics = USUAL,
+    ) -> None:
+        super().__init__(log, project, tell, _map, project, config, topics)
+
+
+def _work(log: Path, work: Callable[..., None], args: tuple[Any, ...], pipe: Connection) -> None:
+    """In the child: do it, and say how it ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C reaches the whole group; the parent decides
-    threading.Thread(target=_end_with_parent, args=(pipe,), daemon=True).start()
     try:
-        _map(log, project, config, topics, pipe)
+        work(log, *args, pipe)
         pipe.send(Finished())
     except (RgError, OSError) as e:
         pipe.send(Finished(one_line(e)))
@@ -124,19 +145,29 @@ def _end_with_parent(pipe: Connection) -> None:
     with contextlib.suppress(EOFError, OSError):
         pipe.poll(None)
         pipe.recv()
+    end_this_process()
+
+
+def end_this_process() -> None:
+    """In the child: end as ``Job.cancel`` ends it."""
     os.kill(os.getpid(), signal.SIGTERM)
 
 
 def _map(log_path: Path, project: Path, config: Config, topics: Topics, pipe: Connection) -> None:
+    threading.Thread(target=_end_with_parent, args=(pipe,), daemon=True).start()
     from rgcore.cache import Cache
-    from rgcore.model.project import Project
     from rgcore.pipeline import run
     from rgcore.scans.read import read_log
 
     pipe.send(Report("read", 0, 1))
     log = read_log(log_path, topics)
-    watcher = _Watcher(log, config, pipe)
-    result = run(log, config, Cache(project / "cache"), watcher)
+    save(project, run(log, config, Cache(project / "cache"), Reporter(log, config, pipe)), pipe)
+
+
+def save(project: Path, result: Run, pipe: Connection) -> None:
+    """In the child: make the project of a run."""
+    from rgcore.model.project import Project
+
     pipe.send(Report("save", 0, 1))
     # Until here only the stage cache was written and a signal ends it at once. From here on it is an exception, so
     # that what is half made is taken back.
@@ -144,7 +175,7 @@ def _map(log_path: Path, project: Path, config: Config, topics: Topics, pipe: Co
     Project.create(project, result).close()
 
 
-class _Watcher:
+class Reporter:
     """Turns the pipeline's progress into reports, a few a second."""
 
     def __init__(self, log: Any, config: Config, pipe: Connection) -> None:
