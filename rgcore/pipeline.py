@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from rgcore.cache import Cache
-from rgcore.config import Config
+from rgcore.config import Config, Slam
 from rgcore.errors import InputError
 from rgcore.lines.accuracy import Accuracy, measure_accuracy
 from rgcore.lines.adapt import adapt
@@ -78,7 +78,7 @@ def run(
     stages = _Stages(log, c, cache or Cache(None), watch)
 
     segments = stages("extract", lambda: extract(log, c.extract), c.extract)
-    trajectory = stages("slam", lambda: lrgc(log, c.slam, watch) if known is None else known, c.slam)
+    trajectory = stages("slam", lambda: trajectory_of(log, c.slam, watch) if known is None else known, c.slam)
     free = stages("freespace", lambda: free_space(log, trajectory, c.places), c.places, "slam")
     found = stages("places", lambda: find_places(free, log, trajectory, segments, c.places), "freespace", "extract")
     regions = region_of_segments(segments, trajectory, found)
@@ -121,6 +121,13 @@ def run(
         map_,
         stages.seconds,
     )
+
+
+def trajectory_of(log: ScanLog, settings: Slam, watch: Watcher = silent) -> Trajectory:
+    """The poses of a log: estimated, or those that it has been surveyed with."""
+    if log.surveyed:
+        return Trajectory(log.stamps, log.odom_from_base, log.base_from_laser)
+    return lrgc(log, settings, watch)
 
 
 class _Stages:

@@ -53,7 +53,11 @@ def measure_accuracy(log: ScanLog, trajectory: Trajectory, ends: np.ndarray, set
     why: readings that the map does not represent shall not be overestimated, as they would be by "large (unrelated)
     distance readings". A beam that slips past the place of a missing line and hits another one far behind is such an
     unrelated reading, so a difference greater than p counts as missed too. Every reading thus costs at most p.
+    A log of virtual scans (``surveyed``) measured nothing: there is no evidence in it.
     """
+    if log.surveyed:
+        none = np.zeros(len(log), np.int64)
+        return Accuracy(np.full(len(log), np.nan), none, none, np.full(len(log), np.nan))
     poses = trajectory.map_from_laser
     step = max(1, _READINGS_AT_ONCE // max(1, len(log.bearings)))
     parts = [_measure(log[i : i + step], poses[i : i + step], ends, settings) for i in range(0, len(log), step)]

@@ -55,6 +55,7 @@ def assemble(
     """
     seen = _sightings(segments, line_of, scan_regions, len(lines), len(places.regions))
     acc = accuracy.of(np.arange(len(log)))
+    taken = np.full_like(scan_regions, -1) if log.surveyed else scan_regions
     return RGMap(
         source=Source(
             log=log.source,
@@ -64,14 +65,14 @@ def assemble(
             software=f"rgviz {__version__}",
         ),
         stats=Stats(
-            scans=len(log),
-            points=int(log.usable(config.slam.max_range).sum()),
+            scans=0 if log.surveyed else len(log),
+            points=0 if log.surveyed else int(log.usable(config.slam.max_range).sum()),
             segments=len(segments),
             accuracy=None if acc is None else rounded(acc),
             accuracy_penalty=config.accuracy.penalty,
         ),
         lines=_by_id(_line(lines, i, seen[i]) for i in range(len(lines))),
-        regions=_by_id(_regions(places, classes, accuracy, scan_regions)),
+        regions=_by_id(_regions(places, classes, accuracy, taken)),
         gateways=_by_id(_gateways(places)),
         objects=_by_id(_objects(objects)),
     )

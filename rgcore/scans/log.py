@@ -21,6 +21,7 @@ class ScanLog(Evidence):
     base_from_laser (3,)   mounting of the laser on the robot
     max_range       m, the longest range that the laser reports as an echo
     has_odometry    False where the log carries no odometry
+    surveyed        True where odom_from_base are the poses themselves: virtual scans of a map that is there already
     source          file name; sha256 of its content; format name, e.g. "carmen"
     notes           one line a quirk that the reader met ("12 ODOM lines after the last scan"), joined by newlines
     """
@@ -36,6 +37,7 @@ class ScanLog(Evidence):
     sha256: str = ""
     format: str = ""
     notes: str = ""
+    surveyed: bool = False
 
     @classmethod
     def whole(cls) -> frozenset[str]:

@@ -44,14 +44,18 @@ def read_floor_image(path: str | Path, resolution: float) -> Floor:
     if len(stats) < 2:
         raise InputError(path, f"no free floor: no pixel is as light as {LIGHT} of 255")
     free = Grid(parts == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()), np.full(2, -resolution), resolution)
-    segments = _walls(free, free.like(grey))
+    segments = walls(free, grey <= DARK)
     n = len(segments)
     labels = free.like(free.values.astype(np.uint8))
     return Floor(str(path), Path(path).stem, None, segments, np.full(n, FACE), np.ones(n, np.int64), labels)
 
 
-def _walls(free: Grid, grey: Grid) -> np.ndarray:
-    """(S, 2, 2) outline of the free floor, free to the left, without the sides towards grey: nothing is known there."""
+def walls(free: Grid, solid: np.ndarray) -> np.ndarray:
+    """(S, 2, 2) outline of the free floor, free to the left, where it borders on ``solid`` (H, W) and not on grey.
+
+    Nothing is known of what is neither. ``free`` holds one connected part.
+    """
+    hard = free.like(solid)
     shape = polygons.simplify(polygons.from_mask(free)[0], 0.8 * free.resolution)
     outline, holes = polygons.rings(shape)
     sides = np.concatenate([edges(np.array(ring)) for ring in (outline, *holes)])
@@ -62,8 +66,8 @@ def _walls(free: Grid, grey: Grid) -> np.ndarray:
         n = int(np.ceil(np.hypot(*(end - start)) / free.resolution))
         points = start + np.linspace(0, 1, n + 1)[:, None] * (end - start)
         behind = (points[:-1] + points[1:]) / 2 + 1.5 * free.resolution * away
-        solid = np.concatenate([[False], grey.at(behind, outside=205) <= DARK, [False]])
-        first, last = np.flatnonzero(~solid[:-1] & solid[1:]), np.flatnonzero(solid[:-1] & ~solid[1:])
+        there = np.concatenate([[False], hard.at(behind, outside=False), [False]])
+        first, last = np.flatnonzero(~there[:-1] & there[1:]), np.flatnonzero(there[:-1] & ~there[1:])
         out.append(np.stack([points[first], points[last]], 1))
     return np.concatenate(out)
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from rgcore.scans import bags, carmen, tables, wean
+from rgcore.scans import bags, carmen, grid_map, tables, wean
 from rgcore.scans.bags import USUAL, Topics
 from rgcore.scans.log import ScanLog
 from rgcore.scans.source import Source, open_source
@@ -34,17 +34,19 @@ READERS: tuple[Reader, ...] = (
 
 
 def read_log(path: str | Path, topics: Topics = USUAL) -> ScanLog:
-    """All scans of a log: a ROS bag, or a file, plain or gzipped, of any format in ``READERS``.
+    """All scans of a log: a ROS bag, a grid map, or a file, plain or gzipped, of any format in ``READERS``.
 
     topics: which topics of a bag to read. Raises InputError, one line with file and, where there is one, line number.
     """
     path = Path(path)
     if bags.is_bag(path):
         return bags.read(path, topics)
+    if grid_map.is_grid_map(path):
+        return grid_map.read(path)
     source = open_source(path)
     for reader in READERS:
         if reader.sniff(source):
             return reader.read(source)
-    known = ", ".join(["ROS bag", *(reader.name for reader in READERS)])
+    known = ", ".join(["ROS bag", "grid map (.yaml)", *(reader.name for reader in READERS)])
     what = "a binary file" if b"\0" in source.data[:4096] else "a text file"
     raise source.error(f"{what} of no known log format; known are: {known}")

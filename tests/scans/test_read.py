@@ -63,7 +63,10 @@ def test_windows_line_ends_and_byte_order_mark(tmp_path: Path) -> None:
         (gzip.compress(SMALL.encode())[:-20], "ends early"),
         (gzip.compress(SMALL.encode())[:5], "ends early"),
         (b"\x1f\x8bnot really gzip", "damaged"),
-        (bytes(range(256)) * 40, "a binary file of no known log format; known are: ROS bag, NPZ, CARMEN, Wean"),
+        (
+            bytes(range(256)) * 40,
+            "a binary file of no known log format; known are: ROS bag, grid map (.yaml), NPZ, CARMEN, Wean",
+        ),
         (b"hello\nworld\n", "a text file of no known log format"),
         (b"ODOM 1 2 0.5 0 0 0 13.5 robot 13.5\n", "holds no laser lines"),
         (b"VERTEX2 0 1 2 3\nEDGE2 0 1 1 0 0 1 0 0 1 0 1\n", "holds no laser lines"),
