@@ -49,8 +49,8 @@ def _body(project: Project) -> Iterator[str]:
     regions = sorted(m.regions.values(), key=lambda r: natural(r.id))
     shapes = [polygon(r.boundary, r.holes) for r in regions]
     where = locate(shapes, project.trajectory.map_from_base[:, :2])
-    difference, scan_of_echo = _differences(project, kept)
-    yield from _head(project, _fit(difference, m))
+    difference, scan_of_echo = differences(project, kept)
+    yield from _head(project, fit(difference, m))
     drawing = svg.render(m, project.trajectory, Options()).data.decode()
     edits = len(project.history.done)
     corrected = f" The map holds {edits} correction{'s'[: edits != 1]} made by hand." if edits else ""
@@ -193,7 +193,7 @@ def _bytes(m: RGMap, kept: KeptSegments | None) -> Iterator[str]:
     )
 
 
-def _differences(project: Project, kept: KeptSegments | None) -> tuple[np.ndarray, np.ndarray]:
+def differences(project: Project, kept: KeptSegments | None) -> tuple[np.ndarray, np.ndarray]:
     """(K,) [m] predicted less measured range of the readings of the scans that a run keeps, and the scan (K,) of each.
 
     The lines of the corrected map are projected back into the scans; inf where a beam meets none.
@@ -208,7 +208,7 @@ def _differences(project: Project, kept: KeptSegments | None) -> tuple[np.ndarra
     return predicted[row, beam] - kept.ranges[row, beam], kept.sample[row]
 
 
-def _fit(difference: np.ndarray, m: RGMap) -> Fit:
+def fit(difference: np.ndarray, m: RGMap) -> Fit:
     if not len(difference):
         return Fit(0, math.nan, math.nan, math.nan, math.nan)
     off = np.abs(difference)
@@ -225,9 +225,9 @@ def _accuracy(
         shares = map(_percent, (fit.within_5, fit.within_10, fit.missed))
         return (name, _mm(accuracy), f"{fit.echoes:,}", median, *shares)
 
-    rows = [row("building", m.stats.accuracy, _fit(difference, m))]
+    rows = [row("building", m.stats.accuracy, fit(difference, m))]
     here = where[scan_of_echo]
-    rows += [row(_named(r), r.accuracy, _fit(difference[here == i], m)) for i, r in enumerate(regions)]
+    rows += [row(_named(r), r.accuracy, fit(difference[here == i], m)) for i, r in enumerate(regions)]
     p = _metres(m.stats.accuracy_penalty)
     caption = (
         f"Table III. Accuracy by back-projection. acc(R): root mean square over scans, each reading that no line "
