@@ -115,6 +115,13 @@ def _parser() -> argparse.ArgumentParser:
     c = command("report", _report, "write a page on how compact and how true the map is, with all its figures")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("-o", "--out", type=Path, metavar="OUT.html", help="default: the project's name, here")
+    c = command("import", _import, "edits out of a map that was edited elsewhere: .geojson .fg.json .dxf .osm .json")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("drawing", type=Path, metavar="FILE")
+    c.add_argument("--apply", action="store_true", help="make the edits; without it they are listed only")
+    c.add_argument(
+        "--georeference", type=_georeference, metavar="LAT,LON[,DEGREES]", help="the one that it was exported with"
+    )
     c = command("measure", _measure, "counts, reduction factor, accuracy by region and for the map")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("--json", action="store_true", help="as JSON")
@@ -266,6 +273,27 @@ def _report(args: argparse.Namespace) -> None:
     except OSError as e:
         raise RgError(f"{out}: cannot be written: {e.strerror or e}; choose another place") from e
     print(out)
+
+
+def _import(args: argparse.Namespace) -> None:
+    from rgcore.errors import ProjectError
+    from rgcore.exports.readers import read_drawing
+    from rgcore.exports.returned import edits_from
+    from rgcore.model.project import Project
+
+    drawing = read_drawing(args.drawing, args.georeference)
+    with Project.open(args.project) as project:
+        back = edits_from(drawing, project.map)
+        for why in back.refused:
+            print(f"not taken over: {why}", file=sys.stderr)
+        if args.apply and project.read_only:
+            raise ProjectError(f"{args.project}: is being edited elsewhere; close it there first")
+        for edit in back.edits:
+            print(edit.title(project.map))
+            if args.apply:
+                project.do(edit)
+    done = "applied" if args.apply else "found; --apply makes them"
+    print(f"{args.drawing}: {len(back.edits)} edits {done}")
 
 
 def _measure(args: argparse.Namespace) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import os
+import shutil
 import signal
 import statistics
 import subprocess
@@ -283,3 +284,19 @@ def test_info_tells_what_is_in_a_log_and_a_project(short_log: Path, project: Pat
     assert made["scans"] == log["scans"]
     assert "181" in rgviz("info", short_log).stdout
     assert "there is no such file" in rgviz("info", "nowhere.log").stderr
+
+
+def test_a_map_edited_elsewhere_is_listed_first_and_then_applied(project: Path, tmp_path: Path) -> None:
+    copy, drawing = tmp_path / "a.rg", tmp_path / "a.geojson"
+    shutil.copytree(project, copy)
+    assert rgviz("export", copy, drawing).returncode == 0
+    tree = json.loads(drawing.read_text(encoding="utf-8"))
+    next(f for f in tree["features"] if f["id"] == "r1")["properties"]["name"] = "Reception"
+    drawing.write_text(json.dumps(tree), encoding="utf-8")
+    listed = rgviz("import", copy, drawing)
+    assert listed.stdout.splitlines()[0] == "rename r1 to Reception"
+    assert "1 edits found; --apply makes them" in listed.stdout
+    assert rgviz("find", copy, "name:Reception").stdout == ""
+    assert "1 edits applied" in rgviz("import", copy, drawing, "--apply").stdout
+    assert rgviz("find", copy, "name:Reception").stdout.split() == ["r1"]
+    assert "0 edits" in rgviz("import", copy, drawing).stdout
