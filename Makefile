@@ -18,6 +18,7 @@ demo: $(VENV)/.app
 
 test: $(VENV)/.dev
 	@sh tests/browser/chromium.sh
+	@sh tests/exports/validator.sh $(VENV)
 	$(PY) -m pytest $(ARGS)
 
 check: $(VENV)/.dev

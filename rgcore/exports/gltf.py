@@ -1,4 +1,4 @@
-"""The map as a glTF 2.0 binary: floors, walls, gateways and object boxes as named nodes, in metres.
+"""The map as a glTF 2.0 binary: floors, lines, walls, gateways and object boxes as named nodes, in metres.
 
 The map's own frame has z up; the root node ``map`` turns it to glTF's y up, and everything below it keeps the
 coordinates of the map. What an item *is* stands in the ``extras`` of its node, a JSON object as the specification of
@@ -37,7 +37,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
     scene = trimesh.Scene(base_frame="world")
     scene.metadata.update(format=FORMAT, version=VERSION, frame="map", log=map.source.log, sha256=map.source.sha256)
     scene.graph.update("map", "world", matrix=_Y_UP, metadata={"kind": "map"})
-    for group in ("floors", "walls", "gateways", "objects"):
+    for group in ("floors", "lines", "walls", "gateways", "objects"):
         scene.graph.update(group, "map", metadata={"kind": group})
     for r in _ordered(map.regions):
         _add(scene, f"region {r.id}", "floors", _floor(r), class_color(r.class_), _about_region(map, r))
@@ -45,6 +45,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
         name = f"walls {region or 'without region'}"
         about = {"kind": "walls", "region": region or None, "lines": [line.id for line in lines]}
         _add(scene, name, "walls", _extruded(lines, options.wall_height), WALL, about)
+        _trace(scene, name.replace("walls", "lines", 1), lines, {**about, "kind": "lines"})
     for g in _ordered(map.gateways):
         _add(scene, f"gateway {g.id}", "gateways", _threshold(g), GATEWAY, _about_gateway(g))
     for o in _ordered(map.objects):
@@ -72,6 +73,19 @@ def _add(
     scene.add_geometry(
         shape, node_name=name, geom_name=name, parent_node_name=parent, transform=matrix, metadata=extras
     )
+
+
+def _trace(scene: trimesh.Scene, name: str, lines: list[Any], extras: dict[str, Any]) -> None:
+    """The lines themselves on the floor; importers that know no lines (Blender) still have the walls."""
+    import trimesh
+
+    ends = np.array([[(*line.start, _ABOVE_FLOOR), (*line.end, _ABOVE_FLOOR)] for line in lines], float)
+    drawn = trimesh.path.Path3D(
+        entities=[trimesh.path.entities.Line([2 * i, 2 * i + 1]) for i in range(len(lines))],
+        vertices=ends.reshape(-1, 3),
+        process=False,
+    )
+    scene.add_geometry(drawn, node_name=name, geom_name=name, parent_node_name="lines", metadata=extras)
 
 
 def _material(color: RGB) -> Any:
@@ -151,6 +165,7 @@ def _about_region(map: RGMap, r: Region) -> dict[str, Any]:
         "class": r.class_,
         "class_scores": dict(sorted(r.class_scores.items())),
         "accuracy": r.accuracy,
+        "axes": list(r.axes),
         "gateways": sorted(map.gateways_of(r.id), key=natural),
         "provenance": r.provenance.source,
     }
@@ -165,6 +180,10 @@ def _about_gateway(g: Gateway) -> dict[str, Any]:
         "confidence": g.confidence,
         "regions": list(g.regions),
         "width": g.width,
+        "passed": g.passed,
+        "posts": [list(p) for p in g.posts],
+        "crossing_points": [list(p) for p in g.crossing_points],
+        "gateway_points": [list(p) for p in g.gateway_points],
         "provenance": g.provenance.source,
     }
 

@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 import io
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import playwright
 import pygltflib
 import pytest
 import trimesh
@@ -115,7 +122,7 @@ def test_a_child_of_the_root_keeps_the_coordinates_of_the_map() -> None:
 
 
 def test_an_empty_map_is_a_valid_file() -> None:
-    assert [n.name for n in parse(RGMap()).nodes] == ["map", "floors", "walls", "gateways", "objects"]
+    assert [n.name for n in parse(RGMap()).nodes] == ["map", "floors", "lines", "walls", "gateways", "objects"]
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -125,3 +132,36 @@ def test_any_map_has_a_node_for_each_item(map_: RGMap) -> None:
     assert {f"region {id_}" for id_ in map_.regions} <= names
     assert {f"gateway {id_}" for id_ in map_.gateways} <= names
     assert {f"object {id_}" for id_ in map_.objects} <= names
+
+
+def judged(path: Path) -> dict[str, Any]:
+    """What the official validator says of a file."""
+    package = Path(sys.prefix) / "gltf-validator/node_modules/gltf-validator"
+    assert package.exists(), "run `sh tests/exports/validator.sh .venv` first; `make test` does"
+    node = shutil.which("node") or str(Path(playwright.__file__).parent / "driver/node")
+    command = [node, str(Path(__file__).parent / "validate.js"), str(package), str(path)]
+    report: dict[str, Any] = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    return report
+
+
+@pytest.mark.parametrize("map_", [ROOMS, RGMap()], ids=["rooms", "empty"])
+def test_the_official_validator_finds_nothing(tmp_path: Path, map_: RGMap) -> None:
+    path = tmp_path / "map.glb"
+    path.write_bytes(render(".glb", map_))
+    issues = judged(path)["issues"]
+    assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"]
+
+
+def test_the_validator_would_find_something(tmp_path: Path) -> None:
+    data = bytearray(render(".glb", ROOMS))
+    at = data.index(b'"componentType":5126')
+    data[at : at + 20] = b'"componentType":9999'
+    (tmp_path / "map.glb").write_bytes(bytes(data))
+    assert judged(tmp_path / "map.glb")["issues"]["numErrors"] > 0
+
+
+def test_lines_are_there_as_lines_too() -> None:
+    scene = load(ROOMS)
+    drawn = np.concatenate([g.vertices[:, :2] for n, g in scene.geometry.items() if n.startswith("lines")])
+    ends = np.array([p for v in ROOMS.lines.values() for p in (v.start, v.end)])
+    assert {tuple(p) for p in np.round(drawn, 5).tolist()} == {tuple(p) for p in np.round(ends, 5).tolist()}
