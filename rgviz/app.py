@@ -30,6 +30,8 @@ from rgviz.jobs import Finished, MappingJob, Report
 from rgviz.labels import labels
 from rgviz.page import furnish
 from rgviz.picking import Picker
+from rgviz.play.playback import Playback, Source
+from rgviz.play.player import Speed
 from rgviz.scene import Scene
 from rgviz.server import close_server, open_server, patched_page
 from rgviz.session import Latest, Session, Worker
@@ -57,6 +59,7 @@ class App:
         self.legend = Latest(facts.legend)
         self.server = open_server(self.gate, host, port)
         self.scene = Scene(self.server)
+        self.playback = Playback(self)
         furnish(self)
 
     # ---- state that views read --------------------------------------------------------------------
@@ -77,7 +80,11 @@ class App:
     @property
     def opened(self) -> Session:
         if self.session is None:
-            raise ProjectError("The map is still being made; it can be edited as soon as it is done.")
+            raise ProjectError(
+                "This is the log that is being played; go back to the map to edit it."
+                if self.playback.aside is not None
+                else "The map is still being made; it can be edited as soon as it is done."
+            )
         return self.session
 
     @property
@@ -97,18 +104,39 @@ class App:
     def open_project(self, path: Path) -> None:
         """Open a project and show it. Raises ProjectError."""
         project = Project.open(path)
-        self.worker.post(self._show_project, project)
+        self.worker.post(self.show_project, project)
         self.worker.wait()
 
     def map_log(self, log: Path, project: Path, config: Config | None = None, topics: Topics = USUAL) -> None:
         """Map a log in a process of its own, show how it goes, then open the project."""
         self._name = log.name.split(".")[0]
-        self.job = MappingJob(log, project, config or Config(), lambda m: self.worker.post(self._hear_job, m), topics)
+        config = config or Config()
+        self.job = MappingJob(log, project, config, lambda m: self.worker.post(self._hear_job, m), topics)
+        self.worker.post(self.playback.offer, Source(log, project, config, topics))
+
+    def play_log(
+        self, log: Path | None, project: Path, speed: Speed, config: Config | None = None, topics: Topics = USUAL
+    ) -> None:
+        """Play how a log is mapped: into a new project, or beside one that is there. Without ``log`` that one's own.
+
+        Raises ProjectError, also where the log of the project is not found.
+        """
+        source = Source(log, project, config or Config(), topics) if log is not None else None
+        self.playback.speed = speed
+        if source is not None:
+            self.playback.source = source
+            self._name = source.log.name.split(".")[0]
+        if source is None or Project.exists(project):
+            self.open_project(project)
+        if self.playback.source is None:
+            raise ProjectError(f"{project}: {self.playback.trouble}")
+        self.worker.post(self.playback.start)
 
     def stop(self) -> None:
         """End the server, the mapping and the project; safe to call twice."""
         if self.job is not None:
             self.job.cancel()
+        self.playback.stop()
         self.worker.finish()
         close_server(self.server)
         if self.session is not None:
@@ -118,13 +146,21 @@ class App:
         """What to tell above the buttons: progress, failure, who else holds the project."""
         if self.failure is not None:
             return status.failed(self.failure)
+        if self.playback.on:
+            return self.playback.status_html()
         return status.progress(self.pace) if self.session is None else status.held(self.session.project)
 
     # ---- on the editor's thread -------------------------------------------------------------------
 
-    def _show_project(self, project: Project) -> None:
-        self.session = Session(project)
-        self.session.listen(self._map_changed)
+    def show_project(self, project: Project) -> None:
+        session = Session(project)
+        session.listen(self._map_changed)
+        self.show_session(session)
+        self.playback.opened(project)
+
+    def show_session(self, session: Session) -> None:
+        project = session.project
+        self.session = session
         self.job = None
         self._name = project.name
         self.scene.show_evidence(np.asarray(project.points), np.asarray(project.trajectory.map_from_base)[:, :2])
@@ -133,6 +169,13 @@ class App:
             view.show_title()
             view.map_changed()
             view.show_extent()
+
+    def failed(self, why: str) -> None:
+        """Nothing came of the log."""
+        self.failure = why
+        sys.stderr.write(f"rgviz: {why}\n")
+        for view in self.views.values():
+            view.panels.refresh()
 
     def _map_changed(self, _before: RGMap, after: RGMap) -> None:
         self.scene.show(after)
@@ -143,12 +186,11 @@ class App:
         if isinstance(message, Finished):
             assert self.job is not None
             if message.error is None:
-                self._show_project(Project.open(self.job.project))
+                self.show_project(Project.open(self.job.project))
                 return
-            self.failure = message.error
-            sys.stderr.write(f"rgviz: {message.error}\n")
-        else:
-            self._show_report(message)
+            self.failed(message.error)
+            return
+        self._show_report(message)
         for view in self.views.values():
             view.panels.refresh()
 
@@ -166,10 +208,12 @@ class App:
     def join(self, client: viser.ClientHandle) -> None:
         with client.atomic():
             view = View(self, client)
+            self.playback.join(view)
         self.views[client.client_id] = view
 
     def leave(self, client: viser.ClientHandle) -> None:
         self.views.pop(client.client_id, None)
+        self.playback.leave_browser(client.client_id)
 
     def ask(self, client_id: int, task: Callable[[View], None]) -> None:
         """Let the editor's thread do something for the browser that asked."""
@@ -195,8 +239,11 @@ def view(
     config: Config | None = None,
     token: str | None = None,
     topics: Topics = USUAL,
+    play: Speed | None = None,
 ) -> bool:
     """Serve a project, or map a log first, until Ctrl+C; False if the log could not be mapped (stderr says why).
+
+    ``play``: show how the log is mapped, at this speed.
 
     Raises RgError if there is nothing to serve.
     """
@@ -206,7 +253,9 @@ def view(
         raise InputError(path, "there is no such file or project")
     app = App(host, port, token)
     try:
-        if (project / "current").exists() or (path.is_dir() and not is_bag(path)):
+        if play is not None:
+            app.play_log(None if path == project else path, project, play, config, topics)
+        elif (project / "current").exists() or (path.is_dir() and not is_bag(path)):
             app.open_project(project)
         else:
             app.map_log(path, project, config, topics)

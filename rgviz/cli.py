@@ -98,6 +98,10 @@ def _parser() -> argparse.ArgumentParser:
     c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")
     c = command("view", _view, "open a project, or map a log first, in the browser", settings, bag, serving)
     c.add_argument("path", type=Path, metavar="PROJECT.rg|LOG")
+    c = command("play", _play, "watch how a log is mapped, at its own pace or faster", settings, bag, serving)
+    c.add_argument("path", type=Path, metavar="LOG|PROJECT.rg")
+    c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")
+    c.add_argument("--speed", choices=("1", "4", "max"), default="4", help="times the log's own pace (default: 4)")
     c = command("edit", _edit, "apply edits without the browser")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("edits", type=Path, metavar="EDITS.jsonl", help="one edit a line; - for standard input")
@@ -187,6 +191,17 @@ def _view(args: argparse.Namespace) -> None:
 
     serving = {"host": args.host, "port": args.port, "open_browser": not args.no_browser}
     mapped = app.view(args.path, config=_load_config(args), topics=_topics(args), **serving)
+    sys.exit(0 if mapped else 1)
+
+
+def _play(args: argparse.Namespace) -> None:
+    from rgviz import app
+
+    serving = {"host": args.host, "port": args.port, "open_browser": not args.no_browser}
+    speed: Any = "max" if args.speed == "max" else f"{args.speed}x"
+    mapped = app.view(
+        args.path, project_path=args.project, config=_load_config(args), topics=_topics(args), play=speed, **serving
+    )
     sys.exit(0 if mapped else 1)
 
 

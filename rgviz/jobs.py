@@ -114,6 +114,8 @@ class Job:
 class MappingJob(Job):
     """``log`` becomes the project ``project``, as fast as it goes: reports, then how it ended."""
 
+    project: Path
+
     def __init__(
         self,
         log: Path,

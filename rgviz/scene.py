@@ -124,6 +124,11 @@ def _update(node: Any, old: Drawing, new: Drawing) -> bool:
     if isinstance(old, Strokes) and isinstance(new, Strokes) and _thin(old) and _thin(new):
         node.glb_data = strokes_glb(new.ends, new.color)
         return True
+    if isinstance(old, Dots) and isinstance(new, Dots) and (old.size, old.shape) == (new.size, new.shape):
+        if old.color != new.color:
+            return False
+        node.points = new.points
+        return True
     return False
 
 

@@ -252,6 +252,7 @@
     labels: (m) => { state.labels = m.labels; },
     "labels-shown": (m) => { state.labelsShown = m.shown; },
     selected: (m) => { state.selected = new Set(m.ids); },
+    look: (m) => { const t = toThree(m.x, m.y, 0); state.touched = true; viser().cameraControl.moveTo(t.x, t.y, t.z, false); viser().requestRender(); },
     fit: (m) => { state.touched = Boolean(m.extent); fit(m.extent || state.extent); },
     view: (m) => { view(m.mode); },
     focus: (m, tries = 20) => {

@@ -1,31 +1,22 @@
-"""Playing the mapping of a log: the tape keeps what has come, the player knows what is on show. No clock, no browser."""
+"""The tape: what the mapping of a log told scan by scan, kept within bounds, so that it can be shown again."""
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_right
-from dataclasses import dataclass, replace
-from typing import Literal, cast, get_args
+from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 
 from rgcore.geometry import se2
 from rgcore.places import automaton as told
 from rgcore.places.automaton import AnyEvent, State
-from rgviz.play_job import NONE, Mapped, Opening, Picture
-
-Speed = Literal["1x", "4x", "max"]
-SPEEDS: tuple[Speed, ...] = get_args(Speed)
-FACTOR: dict[str, float] = {"1x": 1.0, "4x": 4.0}
+from rgviz.play.child import NONE, Mapped, Opening, Picture
 
 NOMINAL = 0.1
 """s between two scans of a log whose stamps tell nothing: usual for laser scanners that were written to files"""
 LONGEST = 5.0
 """s: a longer break between two scans is played as this"""
-LEAD = 0.5
-"""s of playing that are mapped ahead, so that the picture does not stutter"""
-REPLAY = 400.0
-"""scans a second at which what is mapped already is shown at ``max``"""
 MOST_PICTURES = 128
 """pictures that are kept; of more, every second one goes"""
 MOST_EVENTS = 5000
@@ -95,11 +86,12 @@ class Tape:
         self._newest = picture
         self.pictures.append(picture)
         if len(self.pictures) > MOST_PICTURES:
-            self.pictures = self.pictures[1::2]
+            self.pictures = self.pictures[::2]
 
     def pose(self, scan: int) -> np.ndarray:
         """(3,) map_from_base when the scan came in."""
-        return cast(np.ndarray, self._poses[scan])
+        pose: np.ndarray = self._poses[scan]
+        return pose
 
     def place(self, scan: int) -> tuple[State, str | None]:
         """The state of the automaton and the region that the robot was in."""
@@ -111,18 +103,18 @@ class Tape:
         seen = ranges != NONE
         r, b = ranges[seen] / 100.0, self._bearings[seen]
         laser = se2.compose(self._poses[scan], self._mounting)
-        return cast(np.ndarray, se2.transform(laser, np.stack([r * np.cos(b), r * np.sin(b)], 1)))
+        echoes: np.ndarray = se2.transform(laser, np.stack([r * np.cos(b), r * np.sin(b)], 1))
+        return echoes
 
     def picture(self, scan: int) -> Picture | None:
         """The last picture that was made by then."""
         n = bisect_right(self.pictures, scan, key=lambda p: p.scan)
         return self.pictures[n - 1] if n else None
 
-    def tail(self, scan: int) -> np.ndarray:
-        """(N, 2) the robot's way since that picture, its end included."""
-        picture = self.picture(scan)
-        first = 0 if picture is None else picture.scan
-        return cast(np.ndarray, self._poses[first : scan + 1, :2])
+    def way(self, first: int, last: int) -> np.ndarray:
+        """(N, 2) where the robot was from one scan to another, both included."""
+        way: np.ndarray = self._poses[first : last + 1, :2]
+        return way
 
     def last_events(self, scan: int, most: int) -> list[AnyEvent]:
         """The last events until then that say something new to a person, the latest first."""
@@ -134,94 +126,6 @@ class Tape:
             if not isinstance(event, told.RegionLeft):  # what comes after it says it
                 found.append(event)
         return found
-
-
-@dataclass
-class Player:
-    """What is on show of a tape: play, pause, a speed, another place.
-
-    ``at`` is the scan on show (-1 before the first), ``goal`` a scan further on that is being mapped at full speed.
-    """
-
-    tape: Tape
-    speed: Speed = "1x"
-    playing: bool = False
-    at: int = -1
-    goal: int | None = None
-    _time: float = 0.0
-    _newest: bool = True
-    """whether the last scan that was mapped is on show: then ``max`` shows each that comes"""
-
-    @property
-    def ended(self) -> bool:
-        return self.at == self.tape.total - 1
-
-    @property
-    def busy(self) -> bool:
-        """Whether there is anything to come without another word from a person."""
-        return self.playing or self.goal is not None
-
-    @property
-    def wanted(self) -> int:
-        """How many scans should be mapped by now."""
-        mapped, total = len(self.tape), self.tape.total
-        ahead = 0
-        if self.goal is not None:
-            ahead = self.goal + 1
-        elif self.playing and self.speed == "max":
-            ahead = total
-        elif self.playing:
-            until = self._time + LEAD * FACTOR[self.speed]
-            ahead = min(int(np.searchsorted(self.tape.times, until, side="right")) + 1, total)
-        return max(mapped, ahead)
-
-    def play(self) -> None:
-        """Go on; from the beginning where the end is on show."""
-        if self.ended:
-            self.seek(0)
-        self.playing = True
-
-    def pause(self) -> None:
-        self.playing, self.goal = False, None
-
-    def seek(self, scan: int) -> None:
-        """Show another scan: at once where it is mapped, else as soon as it is."""
-        scan = min(max(scan, 0), self.tape.total - 1)
-        mapped = len(self.tape)
-        self.goal = scan if scan >= mapped else None
-        if scan < mapped:
-            self._show(scan)
-
-    def step(self, scans: int) -> None:
-        """So many scans on, or back, and stop there."""
-        self.seek(max(self.at, 0) + scans)
-        self.playing = False
-
-    def tick(self, seconds: float) -> bool:
-        """So much time has passed; whether another scan is on show now."""
-        before, mapped = self.at, len(self.tape)
-        if self.goal is not None:
-            self._show(min(self.goal, mapped - 1))
-            self.goal = None if self.at == self.goal else self.goal
-        elif self.playing and self.speed == "max":
-            step = mapped if self._newest else math.ceil(REPLAY * seconds)
-            self._show(min(self.at + step, mapped - 1))
-        elif self.playing and mapped:
-            self._advance(FACTOR[self.speed] * seconds, mapped)
-        if self.playing and self.ended:
-            self.playing = False
-        return self.at != before
-
-    def _advance(self, seconds: float, mapped: int) -> None:
-        """By the log's own time; where the mapping is behind, the time waits for it."""
-        time = min(self._time + seconds, float(self.tape.times[mapped - 1]))
-        self._show(int(np.searchsorted(self.tape.times, time + 1e-9, side="right")) - 1)
-        self._time = time
-
-    def _show(self, scan: int) -> None:
-        if scan >= 0:
-            self.at, self._time = scan, float(self.tape.times[scan])
-        self._newest = self.at >= len(self.tape) - 1
 
 
 def words(event: AnyEvent) -> str:
