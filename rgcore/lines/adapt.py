@@ -109,29 +109,30 @@ def _choose(
     single: int,
     judged: np.ndarray,
     price: float,
-    outcome: Callable[[np.ndarray], tuple[int, float]],
+    outcome: Callable[[np.ndarray], float],
 ) -> np.ndarray:
     """The setting of each region (R,); that of regions not ``judged`` is the ``single`` one.
 
-    ``outcome`` gives lines and error of the whole map. The choice has neither more lines nor more error than the
+    ``outcome`` gives the error of the whole map. The choice has neither more lines nor more error than the
     single setting: where the price [m2] alone would trade one for the other, it is moved until that holds.
     """
-    found = np.full(len(judged), single)
-    most_lines, most_error = outcome(found)
+    found, regions = np.full(len(judged), single), np.arange(len(judged))
+    most_lines, most_error = parts.lines[found, regions].sum(), outcome(found)
     least = most_error + price * most_lines
-    for factor in FACTORS:
-        pick = np.where(judged, (parts.error + factor * price * parts.lines).argmin(0), single)
-        lines, error = outcome(pick)
-        if lines <= most_lines and error <= most_error and error + price * lines < least:
+    picks = [np.where(judged, (parts.error + f * price * parts.lines).argmin(0), single) for f in FACTORS]
+    for pick in np.unique(picks, axis=0):
+        lines = parts.lines[pick, regions].sum()
+        error = outcome(pick) if lines <= most_lines else np.inf
+        if error <= most_error and error + price * lines < least:
             found, least = pick, error + price * lines
     return found
 
 
-def _outcome(rungs: list[_Rung], chosen: np.ndarray, whole: _View, accuracy: AccuracySettings) -> tuple[int, float]:
-    """Number of lines, and sum of acc(s)^2 [m2] over all scans, of the map with a setting for each region."""
+def _outcome(rungs: list[_Rung], chosen: np.ndarray, whole: _View, accuracy: AccuracySettings) -> float:
+    """Sum of acc(s)^2 [m2] over all scans, of the map with a setting for each region."""
     lines = _lines_of(rungs, chosen)
     one = _Rung(lines, np.zeros(len(lines), np.int64), np.ones((len(lines), 1), bool), [])
-    return len(lines), float(_errors_of(one, whole, accuracy)[0])
+    return float(_errors_of(one, whole, accuracy)[0])
 
 
 def _ladder(lines: LineSettings) -> list[LineSettings]:

@@ -79,53 +79,90 @@ def _rasterize(lines, origin, cell, shape):  # type: ignore[no-untyped-def]
 
 @kernel
 def _count(lines, first_bin, bin_size, segments, eyes, points, margin, origin, cell, shape, first, members):  # type: ignore[no-untyped-def]
-    passes = np.zeros(first_bin[-1])
+    """The beams of a segment are a fan: each line that a cell under it holds is asked once for all of them."""
+    passes, asked, beams = np.zeros(first_bin[-1]), np.full(len(lines), -1), np.zeros((points.max(), 3))
+    fan = np.zeros((3, 2))
     for m in range(len(segments)):
         ax, ay = segments[m, 0, 0] - eyes[m, 0], segments[m, 0, 1] - eyes[m, 1]
         bx, by = segments[m, 1, 0] - eyes[m, 0], segments[m, 1, 1] - eyes[m, 1]
         area = ax * by - ay * bx
-        n = points[m]
-        first_angle, angle = np.arctan2(ay, ax), np.arctan2(area, ax * bx + ay * by)
-        for k in range(n):
-            turn = first_angle + (k + 0.5) / n * angle
-            ux, uy = np.cos(turn), np.sin(turn)
-            reach = area / (ux * (by - ay) - uy * (bx - ax)) - margin
-            if 0.0 < reach < _FARTHEST:
-                beam = (eyes[m, 0], eyes[m, 1], ux, uy, reach)
-                _walk(beam, lines, first_bin, bin_size, passes, origin, cell, shape, first, members)
+        if area == 0.0:
+            continue
+        if area < 0.0:
+            ax, ay, bx, by, area = bx, by, ax, ay, -area
+        for k in range(2):
+            start = (eyes[m, k] - origin[k]) / cell
+            fan[0, k] = start
+            fan[1, k] = start + (ax, ay)[k] / cell
+            fan[2, k] = start + (bx, by)[k] / cell
+        laid = False
+        for ix in range(max(0, int(fan[:, 0].min())), min(shape[0] - 1, int(fan[:, 0].max())) + 1):
+            low, high = _rows(fan, ix)
+            for iy in range(max(0, int(low)), min(shape[1] - 1, int(high)) + 1):
+                c = ix * shape[1] + iy
+                for e in range(first[c], first[c + 1]):
+                    i = members[e]
+                    if asked[i] == m:
+                        continue
+                    asked[i] = m
+                    if not _meets(lines[i], eyes[m], ax, ay, bx, by, area, margin):
+                        continue
+                    if not laid:
+                        _lay(ax, ay, bx, by, area, margin, points[m], beams)
+                        laid = True
+                    _cross(lines[i], eyes[m], beams[: points[m]], passes[first_bin[i] : first_bin[i + 1]], bin_size)
     return passes
 
 
 @inner
-def _walk(beam, lines, first_bin, bin_size, passes, origin, cell, shape, first, members):  # type: ignore[no-untyped-def]
-    """Add one beam to all stretches that it crosses, walking the raster cell by cell (Amanatides & Woo 1987)."""
-    px, py, ux, uy, reach = beam
-    x, y = px - origin[0], py - origin[1]
-    ix, iy = int(x / cell), int(y / cell)
-    each_x = cell / abs(ux) if ux != 0.0 else np.inf
-    each_y = cell / abs(uy) if uy != 0.0 else np.inf
-    next_x = ((ix + (ux > 0)) * cell - x) / ux if ux != 0.0 else np.inf
-    next_y = ((iy + (uy > 0)) * cell - y) / uy if uy != 0.0 else np.inf
-    enter = 0.0
-    while enter < reach and 0 <= ix < shape[0] and 0 <= iy < shape[1]:  # beyond the raster there are no lines
-        leave = min(next_x, next_y, reach)
-        c = ix * shape[1] + iy
-        for k in range(first[c], first[c + 1]):
-            i = members[k]
-            dx, dy = lines[i, 1, 0] - lines[i, 0, 0], lines[i, 1, 1] - lines[i, 0, 1]
-            length = np.hypot(dx, dy)
-            across = ux * dy - uy * dx
-            if abs(across) < _SLANT * length:
-                continue
-            sx, sy = lines[i, 0, 0] - px, lines[i, 0, 1] - py
-            t, s = (sx * dy - sy * dx) / across, (sx * uy - sy * ux) / across
-            if enter <= t < leave and 0.0 <= s <= 1.0:  # each crossing lies in one cell, so it counts once
-                b = min(first_bin[i] + int(s * length / bin_size), first_bin[i + 1] - 1)
-                passes[b] += 1.0
-        enter = leave
-        if next_x < next_y:
-            ix += 1 if ux > 0 else -1
-            next_x += each_x
-        else:
-            iy += 1 if uy > 0 else -1
-            next_y += each_y
+def _rows(fan, ix):  # type: ignore[no-untyped-def]
+    """Between which y a triangle (3, 2) lies where x is in ix..ix + 1."""
+    low, high = np.inf, -np.inf
+    for k in range(3):
+        x, y, ex, ey = fan[k, 0], fan[k, 1], fan[(k + 1) % 3, 0], fan[(k + 1) % 3, 1]
+        if max(x, ex) < ix or min(x, ex) > ix + 1:
+            continue
+        for end in (max(ix, min(x, ex)), min(ix + 1, max(x, ex))):
+            at = y + (ey - y) * (end - x) / (ex - x) if ex != x else y
+            low, high = min(low, at), max(high, at)
+        if ex == x:
+            low, high = min(low, ey), max(high, ey)
+    return low, high
+
+
+@inner
+def _meets(line, eye, ax, ay, bx, by, area, margin):  # type: ignore[no-untyped-def]
+    """Whether some of a line may lie in the fan of beams that end ``margin`` before a segment a, b."""
+    sx, sy, ex, ey = line[0, 0] - eye[0], line[0, 1] - eye[1], line[1, 0] - eye[0], line[1, 1] - eye[1]
+    if (ax * sy < ay * sx and ax * ey < ay * ex) or (bx * sy > by * sx and bx * ey > by * ex):
+        return False
+    dx, dy = bx - ax, by - ay
+    least = area * (1.0 - margin / np.sqrt(max(ax * ax + ay * ay, bx * bx + by * by)))
+    return sx * dy - sy * dx < least or ex * dy - ey * dx < least
+
+
+@inner
+def _lay(ax, ay, bx, by, area, margin, n, beams):  # type: ignore[no-untyped-def]
+    """Directions and lengths of the n beams to a segment."""
+    step = np.arctan2(area, ax * bx + ay * by) / n
+    c, s, first = np.cos(step), np.sin(step), np.arctan2(ay, ax) + 0.5 * step
+    ux, uy = np.cos(first), np.sin(first)
+    for k in range(n):
+        reach = area / (ux * (by - ay) - uy * (bx - ax)) - margin
+        beams[k, 0], beams[k, 1], beams[k, 2] = ux, uy, reach if reach < _FARTHEST else 0.0
+        ux, uy = c * ux - s * uy, s * ux + c * uy
+
+
+@inner
+def _cross(line, eye, beams, passes, bin_size):  # type: ignore[no-untyped-def]
+    """Adds the beams to the stretches of a line that they cross."""
+    dx, dy = line[1, 0] - line[0, 0], line[1, 1] - line[0, 1]
+    sx, sy = line[0, 0] - eye[0], line[0, 1] - eye[1]
+    length = np.hypot(dx, dy)
+    for k in range(len(beams)):
+        across = beams[k, 0] * dy - beams[k, 1] * dx
+        if abs(across) < _SLANT * length:
+            continue
+        t, s = (sx * dy - sy * dx) / across, (sx * beams[k, 1] - sy * beams[k, 0]) / across
+        if 0.0 <= t < beams[k, 2] and 0.0 <= s <= 1.0:
+            passes[min(int(s * length / bin_size), len(passes) - 1)] += 1.0
