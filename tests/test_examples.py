@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import csv
 import subprocess
 import sys
 from pathlib import Path
@@ -46,6 +47,33 @@ def test_ask_the_map(tmp_path: Path) -> None:
     assert "at the start: Hallway 1 (r1, CDMA)" in said
     assert "waypoints" in said
     assert "can only be reached from" in said
+
+
+def test_bag_to_nav2(tmp_path: Path) -> None:
+    said = run("05_bag_to_nav2.py", tmp_path)
+    assert "office.bag: 450 scans" in said
+    assert "odometry is taken from the transforms" in said
+    names = {p.name for p in tmp_path.iterdir()}
+    assert {"office.yaml", "office.pgm", "office-keepout.yaml", "office-speed.yaml", "office.route.geojson"} <= names
+
+
+def test_grid_to_3d(tmp_path: Path) -> None:
+    said = run("06_grid_to_3d.py", tmp_path)
+    lines, regions, gateways = (int(w) for w in said.split("\n")[0].split() if w.isdigit())
+    assert lines > 100
+    assert 20 <= regions <= 26
+    assert 20 <= gateways <= 28
+    assert "no accuracy" in said
+    assert (tmp_path / "office.glb").stat().st_size > 10_000
+
+
+def test_name_twenty_rooms(tmp_path: Path) -> None:
+    said = run("07_name_twenty_rooms.py", tmp_path)
+    assert "20 rooms named; undo would take back: name " in said
+    with (tmp_path / "to_check.csv").open(newline="", encoding="utf-8") as f:
+        rows = list(csv.DictReader(f))
+    assert rows
+    assert all(0 < float(row["doubt"]) <= 1 and row["why"] for row in rows)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
