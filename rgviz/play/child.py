@@ -26,7 +26,7 @@ PICTURES = 64
 """... but at least so many of them come in a whole log, however fast it is mapped"""
 SETTLED = 0.3
 """s without a new scan after which the picture is brought up to the last one"""
-MOST_POINTS, MOST_PATH, MOST_BEAMS = 12_000, 1000, 180
+MOST_POINTS, MOST_PATH, MOST_BEAMS = 12_000, 1000, 200
 """of a picture, and of a scan: what a person can tell apart on the screen, and a browser can take each second"""
 NONE = np.uint16(65535)
 """no echo; the others are ranges in centimetres"""

@@ -18,7 +18,7 @@ NOMINAL = 0.1
 LONGEST = 5.0
 """s: a longer break between two scans is played as this"""
 MOST_PICTURES = 128
-"""pictures that are kept; of more, every second one goes"""
+"""pictures that are kept, about: evenly over the log, and the newest"""
 MOST_EVENTS = 5000
 """events that are kept"""
 STATES: tuple[State, ...] = get_args(State)
@@ -84,9 +84,9 @@ class Tape:
                 picture, regions=tuple(known[r.id] if known.get(r.id) == r else r for r in picture.regions)
             )
         self._newest = picture
+        if len(self.pictures) > 1 and picture.scan - self.pictures[-2].scan < self.total / MOST_PICTURES:
+            self.pictures.pop()  # it was only the newest
         self.pictures.append(picture)
-        if len(self.pictures) > MOST_PICTURES:
-            self.pictures = self.pictures[::2]
 
     def pose(self, scan: int) -> np.ndarray:
         """(3,) map_from_base when the scan came in."""
