@@ -17,6 +17,8 @@ def cast(
     """
     shape = (len(poses), len(bearings))
     ranges, hit = np.full(shape, np.inf), np.full(shape, -1, np.int64)
+    if len(bearings) == 0:
+        return ranges, hit
     _cast(
         np.ascontiguousarray(segments, float).reshape(-1, 4),
         np.ascontiguousarray(poses, float),
