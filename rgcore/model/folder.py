@@ -20,10 +20,10 @@ from rgcore.geometry.segments import transformed
 from rgcore.lines.adaptation import Adaptation
 from rgcore.model.base import decode_map, encode_map
 from rgcore.model.cloud import thinned
-from rgcore.model.conflict import Conflict
 from rgcore.model.disk import replace_file, sync_folder, write_file
-from rgcore.model.history import Do
+from rgcore.model.history import AnyEntry
 from rgcore.model.journal import encode_journal
+from rgcore.model.outcome import Outcome
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
 
@@ -143,7 +143,7 @@ def _unfinished(path: Path) -> bool:
     return all(re.fullmatch(r"project\.toml|runs|cache|lock|\..*\.tmp", p.name) for p in path.iterdir())
 
 
-def add_run(path: Path, run: Run, entries: Sequence[Do], conflicts: Sequence[Conflict]) -> None:
+def add_run(path: Path, run: Run, entries: Sequence[AnyEntry], conflicts: Sequence[Outcome]) -> None:
     """One more run, which becomes the current one. Raises ProjectError; the project is then as it was."""
     last = max((int(p.name) for p in (path / "runs").iterdir() if p.name.isdigit()), default=0)
     try:
@@ -152,7 +152,7 @@ def add_run(path: Path, run: Run, entries: Sequence[Do], conflicts: Sequence[Con
         raise _unwritable(path, e) from e
 
 
-def _write_run(path: Path, name: str, run: Run, entries: Sequence[Do], conflicts: Sequence[Conflict]) -> None:
+def _write_run(path: Path, name: str, run: Run, entries: Sequence[AnyEntry], conflicts: Sequence[Outcome]) -> None:
     """Write a run's folder whole under another name, then give it its own and make it the current one."""
     new = path / "runs" / f".{name}.tmp"
     shutil.rmtree(new, ignore_errors=True)
@@ -256,9 +256,10 @@ def read_adaptation(where: Path) -> Adaptation | None:
     return _read(file, lambda data: msgspec.json.decode(data, type=Adaptation)) if file.exists() else None
 
 
-def read_conflicts(where: Path) -> tuple[Conflict, ...]:
+def read_conflicts(where: Path) -> tuple[Outcome, ...]:
+    """Edits that are not in the journal of a run: they wait, or there was nothing left to do."""
     file = where / "conflicts.json"
-    return _read(file, lambda data: msgspec.json.decode(data, type=tuple[Conflict, ...])) if file.exists() else ()
+    return _read(file, lambda data: msgspec.json.decode(data, type=tuple[Outcome, ...])) if file.exists() else ()
 
 
 def read_trajectory(where: Path) -> Trajectory:

@@ -47,7 +47,20 @@ class Redo(Entry, frozen=True, tag="redo"):
     """The edit taken back last was made again."""
 
 
-AnyEntry = Do | Undo | Redo
+class Settle(Entry, frozen=True, tag="settle"):
+    """An edit of an older run that waited was settled: by the edit here, or let go (``edit`` None).
+
+    ``run``, ``conflict``: the run in whose journal it stands, and its number there. While this entry stands, it waits
+    no more; when it is undone, it does again.
+    """
+
+    run: str
+    conflict: int
+    name: str = msgspec.field(name="title")
+    edit: AnyEdit | None = None
+
+
+AnyEntry = Do | Settle | Undo | Redo
 
 
 class Change(msgspec.Struct, frozen=True):
@@ -66,7 +79,7 @@ Patch = tuple[Change, ...]
 class Done(msgspec.Struct, frozen=True):
     """An edit in the history: its entry, its name for a person, what it changed (perhaps nothing)."""
 
-    entry: Do
+    entry: Do | Settle
     title: str
     patch: Patch
 
@@ -94,13 +107,18 @@ class History:
         """What redo would make again; None if nothing."""
         return self.undone[-1].title if self.undone else None
 
+    @property
+    def settled(self) -> frozenset[tuple[str, int]]:
+        """Run and number of the edits of older runs that were settled here."""
+        return frozenset((d.entry.run, d.entry.conflict) for d in self.done if isinstance(d.entry, Settle))
+
 
 def step(history: History, entry: AnyEntry) -> History:
     """The history after one more entry. Every item that an edit changes gets its provenance here.
 
     Raises EditError if the map refuses the edit, or if there is nothing to undo or redo.
     """
-    if isinstance(entry, Do):
+    if isinstance(entry, Do | Settle):
         return _do(history, entry)
     if isinstance(entry, Undo):
         if not history.done:
@@ -124,8 +142,8 @@ def replay(base: RGMap, entries: Iterable[AnyEntry]) -> tuple[History, list[str]
             history = step(history, entry)
         except EditError as e:
             notes.append(f"edit {entry.number} has no effect: {e}")
-            if isinstance(entry, Do):
-                done = Done(entry, entry.edit.title(history.map), ())
+            if isinstance(entry, Do | Settle):
+                done = Done(entry, _title(history.map, entry), ())
                 history = History(history.base, history.map, (*history.done, done))
     return history, notes
 
@@ -164,14 +182,19 @@ def patched(map: RGMap, patch: Patch, back: bool = False) -> RGMap:
     return map
 
 
-def _do(history: History, entry: Do) -> History:
-    raw = difference(history.map, entry.edit.apply(history.map, history.base))
+def _do(history: History, entry: Do | Settle) -> History:
+    after = history.map if entry.edit is None else entry.edit.apply(history.map, history.base)
+    raw = difference(history.map, after)
     patch = tuple(c if c.after is None else msgspec.structs.replace(c, after=_signed(c, entry, history)) for c in raw)
-    done = Done(entry, entry.edit.title(history.map), patch)
+    done = Done(entry, _title(history.map, entry), patch)
     return History(history.base, patched(history.map, patch), (*history.done, done))
 
 
-def _signed(change: Change, entry: Do, history: History) -> Any:
+def _title(map: RGMap, entry: Do | Settle) -> str:
+    return entry.name if isinstance(entry, Settle) else entry.edit.title(map)
+
+
+def _signed(change: Change, entry: Do | Settle, history: History) -> Any:
     """The changed item with its provenance. What stands as the pipeline made it is the pipeline's, whatever happened
     to it before; an edit that only reviews an item leaves its source alone."""
     was: Provenance | None = None if change.before is None else change.before.provenance

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rgcore.geometry import cutting
 from rgcore.geometry.polygons import polygon
 from rgcore.model.records import Gateway, Line, MapObject, Record, Region, RGMap
 
@@ -20,30 +21,104 @@ CLEAR = 0.2
 """By how much the best score must lead the next one."""
 REACH = 1.0
 """m: posts of a gateway, or boxes of objects, that lie so far apart score 0"""
-ASIDE = 0.4
+ASIDE = 0.3
 """m: lines that lie so far beside each other score 0"""
+BESIDE = 0.08
+"""m: lines that lie so near beside each other lie on one another: poses are no better known"""
 ASKEW = math.radians(15)
 """rad: lines that differ so much in direction score 0"""
+WITHIN = 0.8
+"""share of a line that must lie on another one to be a piece of it"""
+TABLES = ("lines", "regions", "gateways", "objects")
+
+
+class Matcher:
+    """The things of an old map, moved, against those of a new one."""
+
+    def __init__(self, old: RGMap, new: RGMap, move: Move = lambda points: points) -> None:
+        self.old, self.new, self._move = old, new, move
+        self._kind = {id: kind for kind in TABLES for id in getattr(old, kind)}
+        self._ids = {kind: (list(getattr(old, kind)), list(getattr(new, kind))) for kind in TABLES}
+        self._shapes: dict[str, tuple[list[Any], list[Any]]] = {}
+
+    def __call__(self, id: str) -> str | None:
+        """The one clear counterpart of a thing, whose own clear counterpart it is; None if there is none."""
+        kind = self._kind.get(id)
+        if kind is None or not self._ids[kind][1]:
+            return None
+        olds, news = self._outlines(kind)
+        i = self._ids[kind][0].index(id)
+        j = _clear(_SCORES[kind](olds[i], news))
+        if j is None or _clear(_SCORES[kind](news[j], olds)) != i:
+            return None
+        return self._ids[kind][1][j]
+
+    def pieces(self, id: str) -> tuple[str, ...]:
+        """The lines that a line fell into: each lies on it nearly whole, together they are half of it or more."""
+        if self._kind.get(id) != "lines" or not self._ids["lines"][1]:
+            return ()
+        olds, news = self._outlines("lines")
+        one = olds[self._ids["lines"][0].index(id)]
+        common, aside, lengths = _common(one, np.stack(news))
+        on = (common >= WITHIN * np.maximum(lengths, 1e-9)) & (aside < ASIDE / 2)
+        on &= np.array([_scored_best(news[j], olds, one) if on[j] else False for j in range(len(on))])
+        if not on.any() or common[on].sum() < SAME * float(np.hypot(*(one[1] - one[0]))):
+            return ()
+        return tuple(self._ids["lines"][1][j] for j in np.flatnonzero(on))
+
+    def candidates(self, item: Record, least: float = 0.1) -> list[tuple[str, float]]:
+        """Things of the new map that are like a thing of the old one, with their scores, the best first."""
+        kind = _kind_of(item)
+        ids = self._ids[kind][1]
+        if not ids:
+            return []
+        scores = _SCORES[kind](self.outline(item), self._outlines(kind)[1])
+        order = np.argsort(-scores, kind="stable")
+        return [(ids[j], float(scores[j])) for j in order if scores[j] >= least]
+
+    def likeness(self, old: Record, new: Record) -> float:
+        """How much a thing of the old map, moved, is like one of the new map: 0 to 1."""
+        return float(_SCORES[_kind_of(old)](self.outline(old), [_outline(new, _stay)])[0])
+
+    def outline(self, item: Record) -> Any:
+        """What a thing of the old map is recognised by, where it lies in the new one."""
+        return _outline(item, self._move)
+
+    def bounds(self, item: Record, moved: bool = True) -> np.ndarray:
+        """Lowest and highest coordinates (2, 2) of a thing of the old map, or of the new one, in the new one."""
+        shape = _outline(item, self._move if moved else _stay)
+        if isinstance(item, Region):
+            return np.array(shape.bounds).reshape(2, 2)
+        if isinstance(item, MapObject):
+            return np.array([shape[:2], shape[:2]])
+        return np.array([shape.min(0), shape.max(0)])
+
+    def _outlines(self, kind: str) -> tuple[list[Any], list[Any]]:
+        if kind not in self._shapes:
+            self._shapes[kind] = (
+                [_outline(item, self._move) for item in getattr(self.old, kind).values()],
+                [_outline(item, _stay) for item in getattr(self.new, kind).values()],
+            )
+        return self._shapes[kind]
 
 
 def match(old: RGMap, new: RGMap, ids: Iterable[str], move: Move = lambda points: points) -> dict[str, str]:
     """New id by old id, for those of ``ids`` with one clear counterpart, whose own clear counterpart they are."""
-    found: dict[str, str] = {}
-    wanted = set(ids)
-    for kind in _SCORES:
-        before, after = getattr(old, kind), getattr(new, kind)
-        if not after or wanted.isdisjoint(before):
-            continue
-        old_ids, new_ids = list(before), list(after)
-        olds = [_outline(item, move) for item in before.values()]
-        news = [_outline(item, lambda points: points) for item in after.values()]
-        for i, id in enumerate(old_ids):
-            if id not in wanted:
-                continue
-            j = _clear(_SCORES[kind](olds[i], news))
-            if j is not None and _clear(_SCORES[kind](news[j], olds)) == i:
-                found[id] = new_ids[j]
-    return found
+    matcher = Matcher(old, new, move)
+    return {id: found for id in dict.fromkeys(ids) if (found := matcher(id)) is not None}
+
+
+def beside(one: np.ndarray, other: np.ndarray) -> float:
+    """How far a line (2, 2) lies beside another one [m], over what they have in common."""
+    return float(_common(one, other[None])[1][0])
+
+
+def _stay(points: np.ndarray) -> np.ndarray:
+    return points
+
+
+def _kind_of(item: Record) -> str:
+    return {Line: "lines", Region: "regions", Gateway: "gateways", MapObject: "objects"}[type(item)]
 
 
 def _clear(scores: np.ndarray) -> int | None:
@@ -51,6 +126,15 @@ def _clear(scores: np.ndarray) -> int | None:
     best = int(np.argmax(scores))
     rest = float(np.delete(scores, best).max(initial=0.0))
     return best if scores[best] >= SAME and scores[best] - rest >= CLEAR else None
+
+
+def _scored_best(piece: np.ndarray, olds: Sequence[np.ndarray], one: np.ndarray) -> bool:
+    """Whether a new line lies on no other old line as well as on this one."""
+    common, aside, _ = _common(piece, np.stack(olds))
+    score = common * np.clip(1 - aside / ASIDE, 0, 1)
+    best = int(np.argmax(score))
+    rest = float(np.delete(score, best).max(initial=0.0))
+    return bool(np.array_equal(olds[best], one)) and score[best] >= (1 + CLEAR) * rest
 
 
 def _outline(item: Record, move: Move) -> Any:
@@ -68,24 +152,36 @@ def _outline(item: Record, move: Move) -> Any:
 
 def _region_scores(one: Any, others: Sequence[Any]) -> np.ndarray:
     """Intersection over union of polygons."""
-    overlap = np.array([one.intersection(other).area for other in others])
+    overlap = np.array([cutting.overlap(one, o).area if one.intersects(o) else 0.0 for o in others])
     whole = np.array([one.area + other.area for other in others]) - overlap
     return overlap / np.maximum(whole, 1e-9)
 
 
-def _line_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
-    """Common part of two lines over all of both, less where they lie aside. Direction counts: a wall has two faces."""
-    a, b = one, np.stack(others)
+def _common(one: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of a line (2, 2) and others (K, 2, 2): length in common [m], how far aside there [m], length of the others.
+
+    Direction counts: a wall has two faces.
+    """
+    a, b = one, others
     d = a[1] - a[0]
     length = max(float(np.hypot(*d)), 1e-9)
     u, n = d / length, np.array([-d[1], d[0]]) / length
     e = b[:, 1] - b[:, 0]
-    askew = np.abs(np.arctan2(e @ n, e @ u))
-    along, aside = (b - a[0]) @ u, np.abs((b - a[0]) @ n).mean(1)
-    low, high = along.min(1), along.max(1)
-    common = np.clip(np.minimum(high, length) - np.maximum(low, 0.0), 0.0, None)
-    share = common / np.maximum(np.maximum(high, length) - np.minimum(low, 0.0), 1e-9)
-    return share * np.clip(1 - aside / ASIDE, 0, 1) * (askew < ASKEW)
+    ahead, across = e @ u, e @ n
+    along, off = (b - a[0]) @ u, (b - a[0]) @ n
+    low, high = np.maximum(along.min(1), 0.0), np.minimum(along.max(1), length)
+    common = np.clip(high - low, 0.0, None) * (np.abs(np.arctan2(across, ahead)) < ASKEW)
+    slope = across / np.where(np.abs(ahead) < 1e-9, 1e-9, ahead)
+    at = off[:, 0] + slope * ((low + high) / 2 - along[:, 0])
+    return common, np.where(common > 0, np.abs(at), np.inf), np.hypot(e[:, 0], e[:, 1])
+
+
+def _line_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
+    """Common part of two lines over all of both, less where they lie aside."""
+    common, aside, lengths = _common(one, np.stack(others))
+    whole = float(np.hypot(*(one[1] - one[0]))) + lengths - common
+    near = np.clip((ASIDE - aside) / (ASIDE - BESIDE), 0, 1)
+    return np.clip(common / np.maximum(whole, 1e-9), 0, 1) * near
 
 
 def _gateway_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:

@@ -12,25 +12,26 @@ from __future__ import annotations
 
 import shutil
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rgcore.errors import ProjectError
+from rgcore.errors import EditError, ProjectError
 from rgcore.lines.adaptation import Adaptation
 from rgcore.model import folder
-from rgcore.model.conflict import Conflict
 from rgcore.model.edits import Edit
 from rgcore.model.folder import RunInfo
-from rgcore.model.history import AnyEntry, Do, History, Redo, Undo, now, replay, step
+from rgcore.model.history import AnyEntry, Do, History, Redo, Settle, Undo, now, replay, step
 from rgcore.model.journal import Journal, readable
 from rgcore.model.lock import Holder, Lock
+from rgcore.model.outcome import Choice, Outcome, Remedy
 from rgcore.model.records import RGMap
 from rgcore.slam.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from rgcore.model.rerun import Plan
     from rgcore.pipeline import Run
 
 
@@ -38,7 +39,8 @@ class Project:
     """An open project. All methods may be called from any thread.
 
     path, name  the folder, and what the project is called
-    run_name, run_info, trajectory, conflicts   of the current run
+    run_name, run_info, trajectory   of the current run
+    kept        edits of earlier runs that are not in its journal: they wait, or there was nothing left to do
     read_only   another process holds it (``holder`` says who), or its folder cannot be written
     notes       what was found unusual when it was opened, a line each
     """
@@ -89,7 +91,7 @@ class Project:
         self.name = folder.check(self.path).name
         self.run_info: RunInfo = folder.read_info(where)
         self.trajectory: Trajectory = folder.read_trajectory(where)
-        self.conflicts: tuple[Conflict, ...] = folder.read_conflicts(where)
+        self.kept: tuple[Outcome, ...] = folder.read_conflicts(where)
         self._points: tuple[np.ndarray, np.ndarray] | None = None
         self._journal = Journal(where / "edits.jsonl")
         self._history, notes = replay(folder.read_base(where), self._journal.entries)
@@ -118,6 +120,12 @@ class Project:
     @property
     def history(self) -> History:
         return self._history
+
+    @property
+    def conflicts(self) -> tuple[Outcome, ...]:
+        """The edits that wait for a person: those that a new run could not take over and that are not settled yet."""
+        settled = self._history.settled
+        return tuple(o for o in self.kept if o.waits and o.key not in settled)
 
     @property
     def adaptation(self) -> Adaptation | None:
@@ -156,18 +164,48 @@ class Project:
         """Make the edit again that was taken back last. Raises as ``do``."""
         return self._step(lambda number: Redo(number=number, at=now(), by=by))
 
-    def add_run(self, run: Run) -> tuple[Conflict, ...]:
-        """Make ``run`` the current one, with the standing edits carried over; gives ``conflicts``.
+    def settle(self, outcome: Outcome, remedy: Remedy, by: str | None = None) -> RGMap:
+        """Settle an edit that waits (one of ``conflicts``) by one of its remedies; undo lets it wait again.
+
+        Raises as ``do``, and EditError if it does not wait any more.
+        """
+        with self._mutex:
+            if outcome.key not in {o.key for o in self.conflicts}:
+                raise EditError(f"{outcome.title}: waits no more; somebody settled it")
+            edit = None if remedy.edit is None else remedy.edit.checked()
+            title = f"{outcome.title}: {remedy.name}"[:160]
+            run, number = outcome.key
+            return self._step(
+                lambda n: Settle(number=n, at=now(), by=by, run=run, conflict=number, name=title, edit=edit)
+            )
+
+    def add_run(self, run: Run) -> tuple[Outcome, ...]:
+        """Make ``run`` the current one, with the edits carried over as a plan proposes; gives ``conflicts``.
 
         Raises ProjectError if the project is read-only or cannot be written; it is unchanged then.
         """
-        from rgcore.model.rebase import Drift, rebase  # brings SciPy and Shapely, which nothing else here needs
+        from rgcore.model.rerun import plan_rerun  # brings SciPy and Shapely, which nothing else here needs
 
         with self._mutex:
             self.must_write()
-            drift = Drift(self.trajectory, run.trajectory, same_log=self.run_info.sha256 == run.log.sha256)
-            taken, lost = rebase(self.run_name, self._history, run.map, drift)
-            folder.add_run(self.path, run, taken, (*self.conflicts, *lost))
+            return self.accept(plan_rerun(self, run))
+
+    def accept(self, plan: Plan, choices: Mapping[int, Choice] | None = None) -> tuple[Outcome, ...]:
+        """Make the run of a plan the current one; gives ``conflicts``. Undo and redo go on as before.
+
+        choices  by the index of an outcome in the plan: LEAVE, it shall not be made now but wait; or one of its
+                 remedies, which settles it. Without a choice, what is applied or shifted is made, the rest waits.
+
+        Raises ProjectError as ``add_run``, and if the project was edited after the plan was made: then plan again.
+        """
+        from rgcore.model.rerun import chosen
+
+        with self._mutex:
+            self.must_write()
+            if plan.history is not self._history or plan.run_name != self.run_name:
+                raise ProjectError(f"{self.path}: was edited since the new run was looked at; look at it again")
+            entries, kept = chosen(plan, choices or {}, self)
+            folder.add_run(self.path, plan.run, entries, kept)
             self._journal.close()
             self._load()
             return self.conflicts

@@ -1,207 +1,216 @@
-"""Carrying edits to a new run: ids by matching the old base with the new one, places with the poses near them.
+"""Edits of a run on the map of another one: which hold, which are shifted, contradicted or without their object.
 
-``carry`` walks an edit by the types of its fields (``fields.py``), so a new edit needs no code here. Each edit ends as
-applied or as a conflict that is kept and told: nothing is guessed, nothing vanishes.
+An edit is carried by the types of its fields (``carry.py``): ids by recognising the things of the old automatic map in
+the new one (``identify.py``), places with the scans near them (``drift.py``). Then its *effect* is compared: what it
+made of the old map, moved, with what it makes of the new one. An edit that would do something else is not made.
+What the new map holds already by itself is not made twice. Nothing is guessed, nothing vanishes.
 """
 
 from __future__ import annotations
 
-import types
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
 
 import msgspec
-import numpy as np
-from msgspec import Meta
-from scipy.spatial import cKDTree
 
 from rgcore.errors import EditError
-from rgcore.geometry import se2
-from rgcore.model.conflict import Conflict
-from rgcore.model.edits import AnyEdit, Edit, Several
-from rgcore.model.fields import is_human_id
-from rgcore.model.history import Do, History, step
-from rgcore.model.identify import match
-from rgcore.model.records import RGMap, rounded
-from rgcore.slam.trajectory import Trajectory
+from rgcore.model.already import Already, already
+from rgcore.model.carry import Stale, carry, ids_of, places_of
+from rgcore.model.drift import Drift
+from rgcore.model.edits import AnyEdit
+from rgcore.model.effect import contradiction, shift
+from rgcore.model.history import AnyEntry, Do, Done, History, Settle, Undo, step
+from rgcore.model.identify import Matcher
+from rgcore.model.outcome import Key, Outcome
+from rgcore.model.records import Point, RGMap, rounded
+from rgcore.model.remedies import remedies
+from rgcore.model.separate import doubtful_parts
+
+__all__ = ["Drift", "Rebased", "Source", "Stale", "carry", "ids_of", "rebase"]
 
 
-class Drift:
-    """How the places of an old run lie in a new one: each moves with the scans that were taken near it.
+@dataclass
+class Source:
+    """A run that edits come from: its name, its history, and how its places lie in the new run."""
 
-    ``known``: whether the runs share scans; without, nothing is known. ``same_log``: both were made from one log.
-    """
-
-    NEAR = 8
-
-    def __init__(self, old: Trajectory, new: Trajectory, same_log: bool = False) -> None:
-        a, b = _same_scans(old, new, same_log)
-        self.known = len(a) > 0
-        if self.known:
-            self._from, self._to = old.map_from_base[a], new.map_from_base[b]
-            self._tree = cKDTree(self._from[:, :2])
-
-    def points(self, points: np.ndarray) -> np.ndarray:
-        """Points (K, 2) [m] of the old map in the new one."""
-        points = np.asarray(points, float).reshape(-1, 2)
-        if not self.known or not len(points):
-            return points
-        weight, near = self._near(points)
-        moved = se2.transform(self._motion(near), points[:, None, :])
-        return (weight[..., None] * moved).sum(1)
-
-    def turn(self, point: np.ndarray) -> float:
-        """By how much directions at a point (2,) turn [rad]."""
-        if not self.known:
-            return 0.0
-        weight, near = self._near(np.asarray(point, float).reshape(1, 2))
-        return float((weight * self._motion(near)[..., 2]).sum())
-
-    def _near(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        distance, near = self._tree.query(points, k=min(self.NEAR, self._tree.n))
-        distance, near = distance.reshape(len(points), -1), near.reshape(len(points), -1)
-        weight = 1.0 / (0.5 + distance)
-        return weight / weight.sum(1, keepdims=True), near
-
-    def _motion(self, scans: np.ndarray) -> np.ndarray:
-        """``new_from_old`` (..., 3) at scans."""
-        return se2.compose(self._to[scans], se2.invert(self._from[scans]))
-
-
-def _same_scans(old: Trajectory, new: Trajectory, same_log: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of scans that both runs hold: by order where one log begins like the other, else by unique stamps."""
-    n = min(len(old), len(new))
-    alike = bool(n) and np.array_equal(old.stamps[:n], new.stamps[:n])
-    telling = len(np.unique(old.stamps[:n])) > n / 2  # some logs carry one stamp for all scans
-    if alike and (telling or (same_log and len(old) == len(new))):
-        return np.arange(n), np.arange(n)
-    (s, i, k), (t, j, m) = (np.unique(x.stamps, return_index=True, return_counts=True) for x in (old, new))
-    s, i, t, j = s[k == 1], i[k == 1], t[m == 1], j[m == 1]
-    _, a, b = np.intersect1d(s, t, assume_unique=True, return_indices=True)
-    return i[a], j[b]
-
-
-class Stale(Exception):
-    """What an edit is about is not to be found in the new map."""
-
-
-def carry(edit: AnyEdit, ids: Mapping[str, str], drift: Drift) -> AnyEdit:
-    """The same edit for the new map. Raises Stale if one of its ids has no counterpart, or its places none."""
-    if isinstance(edit, Several):
-        return Several(name=edit.name, edits=tuple(carry(e, ids, drift) for e in edit.edits))  # type: ignore[misc]
-    hints = get_type_hints(type(edit), include_extras=True)
-    names = [f.name for f in msgspec.structs.fields(edit)]
-    places = [p for name in names for p in _found("point", getattr(edit, name), hints[name])]
-    if places and not drift.known:
-        raise Stale("the two runs share no scan")
-    carrier = _Carrier(ids, drift, drift.turn(np.mean([p[:2] for p in places], 0)) if places else 0.0)
-    return type(edit)(**{name: _walk(getattr(edit, name), hints[name], carrier) for name in names})
-
-
-@dataclass(frozen=True)
-class _Carrier:
-    """What becomes of a single value, by what its type says of it."""
-
-    ids: Mapping[str, str]
+    run: str
+    history: History
     drift: Drift
-    turn: float
+    ids: dict[str, str] = field(default_factory=dict)
+    pieces: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    matcher: Matcher = None  # type: ignore[assignment]
 
-    def __call__(self, extra: dict[str, str], value: Any) -> Any:
-        if "id" in extra:
-            if value in self.ids:
-                return self.ids[value]
-            if is_human_id(value):
-                return value
-            if not self.drift.known:
-                raise Stale("the two runs share no scan")
-            raise Stale(f"{value} has no clear counterpart in the new map")
-        if extra.get("place") == "angle":
-            return value if abs(self.turn) < 1e-6 else rounded(float(se2.wrap(value + self.turn)))
-        if extra.get("place") in ("point", "point3"):
-            moved = self.drift.points(np.array(value[:2]))[0]
-            if np.abs(moved - value[:2]).max() < 1e-6:
-                return value
-            return (rounded(moved[0]), rounded(moved[1]), *value[2:])
-        return value
+    def recognise(self, new: RGMap, edits: Iterable[AnyEdit | None]) -> None:
+        """Find the things that edits are about in the base of the new run."""
+        self.matcher = Matcher(self.history.base, new, self.drift.points)
+        if not self.drift.known:
+            return
+        for id in sorted({id for e in edits if e is not None for id in ids_of(e)}):
+            found = self.matcher(id)
+            if found is not None:
+                self.ids[id] = found
+            elif pieces := self.matcher.pieces(id):
+                self.pieces[id] = pieces
 
 
-def _walk(value: Any, hint: Any, act: Callable[[dict[str, str], Any], Any]) -> Any:
-    """``value`` with ``act`` done to every part whose type carries an ``extra``."""
-    if value is None:
-        return None
-    extra = _extra(hint)
-    if extra:
-        return act(extra, value)
-    inner = _inner(hint, value)
-    if inner is None:
-        return value
-    return tuple(_walk(v, h, act) for v, h in zip(value, inner, strict=True))
+class Rebased(NamedTuple):
+    """``entries``: the journal of the new run; ``history``: what it gives; ``outcomes``: of every standing edit, in
+    their order; ``lost``: edits taken back that can no more be made again."""
+
+    entries: list[AnyEntry]
+    history: History
+    outcomes: list[Outcome]
+    lost: list[Outcome]
 
 
-def _found(what: str, value: Any, hint: Any) -> Iterator[Any]:
-    """All parts of ``value`` whose type says that they are such a place (point also means point3)."""
-    extra = _extra(hint)
-    if value is not None and extra.get("place", "").startswith(what):
-        yield value
-    elif value is not None and not extra:
-        for v, h in zip(value, inner, strict=True) if (inner := _inner(hint, value)) is not None else ():
-            yield from _found(what, v, h)
+def rebase(
+    source: Source,
+    new: RGMap,
+    held: Sequence[tuple[Source, Done]] = (),
+    leave: Collection[Key] = (),
+) -> Rebased:
+    """The edits of ``source`` on ``new``, the base of the new run.
 
+    held   edits of earlier runs that wait; they are tried first: a third run may know again what the second did not
+    leave  edits that are not to be made: they wait instead
 
-def _extra(hint: Any) -> dict[str, str]:
-    if get_origin(hint) in (Union, types.UnionType):
-        return next((e for a in get_args(hint) if (e := _extra(a))), {})
-    if get_origin(hint) is Annotated:
-        return next((a.extra for a in get_args(hint) if isinstance(a, Meta) and a.extra), {})
-    return {}
-
-
-def _inner(hint: Any, value: Any) -> list[Any] | None:
-    """The types of the parts of a tuple; None for anything else."""
-    if get_origin(hint) in (Union, types.UnionType):
-        return next((i for a in get_args(hint) if (i := _inner(a, value)) is not None), None)
-    if get_origin(hint) is Annotated:
-        return _inner(get_args(hint)[0], value)
-    if get_origin(hint) is not tuple or not isinstance(value, tuple):
-        return None
-    args = get_args(hint)
-    return [args[0]] * len(value) if len(args) == 2 and args[1] is Ellipsis else list(args)
-
-
-def ids_of(edit: Edit) -> set[str]:
-    """Ids of the things that an edit is about (not of those that it makes)."""
-    if isinstance(edit, Several):
-        return {id for e in edit.edits for id in ids_of(e)}
-    found: set[str] = set()
-
-    def note(extra: dict[str, str], value: Any) -> Any:
-        if "id" in extra:
-            found.add(value)
-        return value
-
-    hints = get_type_hints(type(edit), include_extras=True)
-    for f in msgspec.structs.fields(edit):
-        _walk(getattr(edit, f.name), hints[f.name], note)
-    return found
-
-
-def rebase(run: str, history: History, new: RGMap, drift: Drift) -> tuple[list[Do], list[Conflict]]:
-    """Entries for the journal of a new run, numbered from 1, and the edits that it could not take over.
-
-    ``run``, ``history``: the old run. Its *base* is matched with ``new``, the base of the new one. Runs that share no
-    scan lie in frames of their own: then nothing is carried.
+    Runs that share no scan lie in frames of their own: then nothing is carried.
     """
-    wanted = {id for done in history.done for id in ids_of(done.entry.edit)}
-    ids = match(history.base, new, wanted, drift.points) if drift.known else {}
-    after, taken, lost = History.of(new), list[Do](), list[Conflict]()
-    for done in history.done:
-        old = done.entry
+    earlier: dict[str, tuple[Source, list[Done]]] = {}
+    for s, done in held:
+        earlier.setdefault(s.run, (s, []))[1].append(done)
+    for s, some in earlier.values():
+        s.recognise(new, (d.entry.edit for d in some))
+    undone = source.history.undone[::-1]
+    source.recognise(new, (d.entry.edit for d in (*source.history.done, *undone)))
+    work = _Rebase(new, leave)
+    for s, some in earlier.values():
+        for done in some:
+            work.carry(s, done)
+    for done in source.history.done:
+        work.carry(source, done)
+    standing, outcomes = work.after, work.outcomes
+    work.outcomes = []
+    made = len(work.entries)
+    for done in undone:
+        work.carry(source, done)
+    again = [e for e in work.entries[made:] if isinstance(e, Do | Settle)]
+    undo = [Undo(number=len(work.entries) + 1 + i, at=e.at, by=e.by) for i, e in enumerate(again)]
+    history = work.after
+    for entry in undo:
+        history = step(history, entry)
+    lost = [o for o in work.outcomes if o.waits]
+    return Rebased([*work.entries, *undo], history, _with_remedies(outcomes, standing, (source, *_sources(held))), lost)
+
+
+class _Rebase:
+    """The new history as it grows, and what became of each edit."""
+
+    def __init__(self, new: RGMap, leave: Collection[Key]) -> None:
+        self.after, self.leave = History.of(new), leave
+        self.entries: list[AnyEntry] = []
+        self.outcomes: list[Outcome] = []
+
+    def carry(self, source: Source, done: Done) -> None:
+        edit = done.entry.edit
+        if (source.run, done.entry.number) in self.leave:
+            return self._wait(source, done, "conflict", "left out when the run was accepted")
+        if edit is None:
+            return self._make(source, done, None, "")
+        found = already(source, done, self.after, only_new=True)
+        if found is not None:
+            return self._adopt(source, done, found)
+        part, rest, why = doubtful_parts(edit, source)
+        if rest is not None:
+            left = Done(msgspec.structs.replace(done.entry, edit=rest), done.title, done.patch)
+            if part is None:
+                return self._one(source, left, rest)
+            self._one(source, Done(done.entry, done.title, done.patch), part, why)
+            return self._wait(source, left, "stale", why)
+        self._one(source, done, edit)
+
+    def _one(self, source: Source, done: Done, edit: AnyEdit, note: str = "") -> None:
+        kind: Literal["conflict", "stale"] = "conflict"
         try:
-            entry = Do(number=len(taken) + 1, at=old.at, by=old.by, edit=carry(old.edit, ids, drift))
-            after = step(after, entry)
-            taken.append(entry)
-        except (Stale, EditError) as e:
-            outcome: Literal["stale", "conflict"] = "stale" if isinstance(e, Stale) else "conflict"
-            lost.append(Conflict(run=run, entry=old, title=done.title, outcome=outcome, reason=str(e)))
-    return taken, lost
+            carried = carry(edit, source.ids, source.drift, source.pieces)
+            after = step(self.after, self._entry(done, carried))
+        except Stale as e:
+            kind, reason = "stale", str(e)
+        except EditError as e:
+            reason = str(e)
+        else:
+            against = contradiction(source, done, after)
+            if against is None:
+                return self._make(source, done, carried, note or shift(source, edit), after)
+            reason = against
+        found = already(source, done, self.after)
+        if found is not None:
+            return self._adopt(source, done, found)
+        self._wait(source, done, kind, reason)
+
+    def _adopt(self, source: Source, done: Done, found: Already) -> None:
+        """The new map holds by itself what the edit made: only what a person called it is to be set."""
+        source.ids.update(found.ids)
+        if found.edit is not None:
+            try:
+                after = step(self.after, self._entry(done, found.edit))
+            except EditError as e:
+                return self._wait(source, done, "conflict", str(e))
+            return self._make(source, done, found.edit, "", after)
+        self.outcomes.append(self._outcome(source, done, "applied", "the new map is so by itself"))
+
+    def _make(self, source: Source, done: Done, edit: AnyEdit | None, note: str, after: History | None = None) -> None:
+        self.after = step(self.after, self._entry(done, edit)) if after is None else after
+        self.entries.append(self.after.done[-1].entry)
+        made = self._outcome(source, done, "shifted" if note else "applied", note)
+        self.outcomes.append(msgspec.structs.replace(made, edit=edit))
+
+    def _wait(self, source: Source, done: Done, kind: Literal["conflict", "stale"], reason: str) -> None:
+        self.outcomes.append(self._outcome(source, done, kind, reason))
+
+    def _entry(self, done: Done, edit: AnyEdit | None) -> Do | Settle:
+        return msgspec.structs.replace(done.entry, number=len(self.entries) + 1, edit=edit)
+
+    def _outcome(self, source: Source, done: Done, kind: Any, reason: str) -> Outcome:
+        place = _place(source, done)
+        return Outcome(run=source.run, entry=done.entry, title=done.title, kind=kind, reason=reason, place=place)
+
+
+def _place(source: Source, done: Done) -> Point | None:
+    """Where the edit is in the new map: the places that it names, else the things that it is about."""
+    edit = done.entry.edit
+    if edit is None or not source.drift.known:
+        return None
+    points = places_of(edit) or [p for id in sorted(ids_of(edit)) if (p := _middle(source.history.base, id))]
+    points = points or [p for c in done.patch if (p := _middle_of(c.before or c.after))]
+    if not points:
+        return None
+    x, y = source.drift.points(points[:1])[0]  # type: ignore[arg-type]
+    return rounded(x), rounded(y)
+
+
+def _middle(map: RGMap, id: str) -> Point | None:
+    kinds = ("regions", "gateways", "lines", "objects")
+    return next((_middle_of(table[id]) for k in kinds if id in (table := getattr(map, k))), None)
+
+
+def _middle_of(item: Any) -> Point | None:
+    """A point of an item; None of one that lies nowhere (a finding)."""
+    if hasattr(item, "box"):
+        return item.box.center
+    if hasattr(item, "center"):
+        return item.center[:2]
+    if hasattr(item, "place"):
+        return item.place
+    ends = getattr(item, "posts", None) or ((item.start, item.end) if hasattr(item, "start") else None)
+    return None if ends is None else ((ends[0][0] + ends[1][0]) / 2, (ends[0][1] + ends[1][1]) / 2)
+
+
+def _sources(held: Sequence[tuple[Source, Done]]) -> list[Source]:
+    return list({s.run: s for s, _ in held}.values())
+
+
+def _with_remedies(outcomes: Sequence[Outcome], after: History, sources: Sequence[Source]) -> list[Outcome]:
+    by_run = {s.run: s for s in reversed(sources)}
+    return [msgspec.structs.replace(o, remedies=remedies(o, by_run[o.run], after)) if o.waits else o for o in outcomes]

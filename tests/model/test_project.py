@@ -388,7 +388,7 @@ def test_mapping_again_keeps_the_edits_and_lists_what_it_cannot(
         project.do(LabelObject(object="o1", label="shelf"))
         project.undo()
         (conflict,) = project.add_run(run)
-        assert (conflict.outcome, conflict.entry.by, conflict.run) == ("stale", "bob", "0001")
+        assert (conflict.kind, conflict.entry.by, conflict.run) == ("stale", "bob", "0001")
         assert str(conflict) == "relabel r3 as kitchen: r3 has no clear counterpart in the new map"
         assert project.run_name == "0002"
         project.undo()

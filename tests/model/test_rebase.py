@@ -15,7 +15,6 @@ from msgspec import Meta
 from two_rooms import make_run
 
 from rgcore.geometry import se2
-from rgcore.model.conflict import Conflict
 from rgcore.model.draft import object_from_lines
 from rgcore.model.edits import (
     ClassifyGateway,
@@ -31,7 +30,8 @@ from rgcore.model.edits import (
 from rgcore.model.fields import LineId, Place, RegionId
 from rgcore.model.history import KINDS, Do, History, step
 from rgcore.model.identify import match
-from rgcore.model.rebase import Drift, Stale, carry, ids_of, rebase
+from rgcore.model.outcome import Outcome
+from rgcore.model.rebase import Drift, Source, Stale, carry, ids_of, rebase
 from rgcore.model.records import Point, RGMap, replace
 from rgcore.slam.trajectory import Trajectory
 
@@ -86,6 +86,12 @@ def drift(by: tuple[float, float, float]) -> Drift:
     run = make_run(RGMap())
     old = run.trajectory
     return Drift(old, Trajectory(old.stamps, se2.compose(np.array(by), old.map_from_base), old.base_from_laser))
+
+
+def carried_over(run: str, history: History, new: RGMap, by: Drift) -> tuple[list, list[Outcome]]:
+    """The journal of the new run, and the edits that wait."""
+    found = rebase(Source(run, history, by), new)
+    return found.entries, [o for o in found.outcomes if o.waits]
 
 
 MOTION = st.tuples(st.floats(-3, 3), st.floats(-3, 3), st.floats(-0.5, 0.5))
@@ -164,7 +170,7 @@ def test_every_kind_of_edit_is_carried_to_the_same_things(office: RGMap, by: tup
     for number, edit in enumerate(CARRIED, 1):
         history = step(history, Do(number=number, at=AT, by="ann", edit=edit))  # type: ignore[arg-type]
     base = moved_map(office, by, order)
-    taken, lost = rebase("0001", history, base, drift(by))
+    taken, lost = carried_over("0001", history, base, drift(by))
     assert lost == []
     assert [(e.number, e.at, e.by) for e in taken] == [(n, AT, "ann") for n in range(1, len(CARRIED) + 1)]
     new = History.of(base)
@@ -213,7 +219,7 @@ def test_without_a_common_scan_nothing_is_guessed(office: RGMap) -> None:
     with pytest.raises(Stale, match="share no scan"):
         carry(CARRIED[3], {"g1": "g1"}, Drift(old, other))  # type: ignore[arg-type]
     history = step(History.of(office), Do(number=1, at=AT, edit=RenameRegion(region="r2", name="Lab")))
-    taken, lost = rebase("0001", history, office, Drift(old, other))
+    taken, lost = carried_over("0001", history, office, Drift(old, other))
     assert (taken, [str(c) for c in lost]) == ([], ["rename r2 to Lab: the two runs share no scan"])
 
 
@@ -233,21 +239,21 @@ def test_what_cannot_be_carried_is_told_and_what_follows_from_it_too(office: RGM
     ):
         history = step(history, Do(number=number, at=AT, edit=edit))  # type: ignore[arg-type]
     new = replace(office, lines={k: v for k, v in office.lines.items() if k != "l7"})
-    taken, lost = rebase("0003", history, new, drift((0.0, 0.0, 0.0)))
+    taken, lost = carried_over("0003", history, new, drift((0.0, 0.0, 0.0)))
     assert [e.edit for e in taken] == [RenameRegion(region="r1", name="x")]
-    assert [(c.outcome, c.run, c.entry.number) for c in lost] == [("stale", "0003", 1), ("conflict", "0003", 2)]
+    assert [(c.kind, c.run, c.entry.number) for c in lost] == [("stale", "0003", 1), ("conflict", "0003", 2)]
     assert [str(c) for c in lost] == [
         "make an object of 2 lines: l7 has no clear counterpart in the new map",
         f"label {seed.id} as shelf: there is no object {seed.id} in this map",
     ]
-    assert msgspec.json.decode(msgspec.json.encode(lost), type=list[Conflict]) == lost
+    assert msgspec.json.decode(msgspec.json.encode(lost), type=list[Outcome]) == lost
 
 
 def test_what_the_new_map_says_already_still_stands(office: RGMap) -> None:
     """A correction that the pipeline now makes by itself is kept: a third run may err again."""
     history = step(History.of(office), Do(number=1, at=AT, edit=ClassifyRegion(region="r3", class_="CC")))
     right = replace(office, regions={**office.regions, "r3": replace(office.regions["r3"], class_="CC")})
-    taken, lost = rebase("0001", history, right, drift((0.0, 0.0, 0.0)))
+    taken, lost = carried_over("0001", history, right, drift((0.0, 0.0, 0.0)))
     assert (len(taken), lost) == (1, [])
 
 
