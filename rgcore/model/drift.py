@@ -18,6 +18,8 @@ class Drift:
     """
 
     NEAR = 8
+    TOGETHER = 0.1
+    """m: scans that move a place within this of one another say the same"""
 
     def __init__(
         self,
@@ -48,7 +50,26 @@ class Drift:
             return points
         weight, near = self._near(points)
         moved = se2.transform(self._motion(near), points[:, None, :])
-        return (weight[..., None] * moved).sum(1)
+        weight = weight * self._agreeing(moved, weight)
+        return (weight[..., None] * moved).sum(1) / weight.sum(1, keepdims=True)
+
+    def spread(self, points: np.ndarray) -> np.ndarray:
+        """(K,) how far the scans near places disagree about where these lie in the new run [m]: farthest of a third."""
+        points = np.asarray(points, float).reshape(-1, 2)
+        if not self.known or not len(points):
+            return np.zeros(len(points))
+        weight, near = self._near(points)
+        moved = se2.transform(self._motion(near), points[:, None, :])
+        off = np.hypot(*(moved - self.points(points)[:, None]).transpose(2, 0, 1))
+        order = np.argsort(off, 1)
+        before = np.cumsum(np.take_along_axis(weight, order, 1), 1) < 2 / 3
+        return np.take_along_axis(off, np.take_along_axis(order, before.sum(1)[:, None], 1), 1)[:, 0]
+
+    def _agreeing(self, moved: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Which of the scans near each place say the same of it as most do: what went another way does not count."""
+        apart = np.hypot(*(moved[:, :, None] - moved[:, None]).transpose(3, 0, 1, 2))
+        best = (apart * weight[:, None]).sum(2).argmin(1)
+        return np.take_along_axis(apart, best[:, None, None], 1)[:, 0] <= self.TOGETHER
 
     def turn(self, point: np.ndarray) -> float:
         """By how much directions at a point (2,) turn [rad]."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rgcore.model.carry import ids_of
+from rgcore.model.carry import ids_of, places_of
 from rgcore.model.edits import AnyEdit
 from rgcore.model.ground import shape_of
 from rgcore.model.history import Change, Done, History
@@ -33,6 +33,8 @@ SHAPE = 0.75
 """Score below which the outline of a region is another one."""
 EXTENT = 0.6
 """The same of lines: their ends are seen less often than their middle."""
+UNSURE = 0.15
+"""m: a place about which the scans that saw it disagree more is told"""
 OFF = 0.3
 """m: gateways and objects that stand farther off have moved"""
 
@@ -64,6 +66,8 @@ def _other(source: Source, old: Change, id: str, new: Change | None) -> str | No
     least = GONE if old.after is None else ALIKE
     before, now = (old.before, new.before) if old.after is None else (old.after, new.after)
     score = source.matcher.likeness(before, now)
+    if isinstance(now, MapObject):
+        least = ALIKE
     if isinstance(now, Line) and old.after is None and _length(now) < _length(before):
         least = ALIKE  # it takes away less than before
     return f"{id} would be another one: {100 * score:.0f} % alike" if score < least else None
@@ -89,6 +93,9 @@ def _lost(c: Change) -> float:
 def shift(source: Source, edit: AnyEdit) -> str:
     """By how much the things that an edit is about lie or look other than the poses say; "" if they do not."""
     found = [s for id in sorted(ids_of(edit)) if id in source.ids and (s := shift_of(source, id))]
+    apart = max(source.drift.spread(np.array(places_of(edit))), default=0.0) if source.drift.known else 0.0
+    if apart > UNSURE:
+        found.append(f"where it is now is known to {apart:.2f} m only: the scans near it moved apart")
     return "; ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
 
 

@@ -128,7 +128,7 @@ class _Rebase:
                 return self._one(source, left, rest)
             self._one(source, Done(done.entry, done.title, done.patch), part, why)
             return self._wait(source, left, "stale", why)
-        self._one(source, done, edit)
+        self._one(source, done, part or edit, why)
 
     def _one(self, source: Source, done: Done, edit: AnyEdit, note: str = "") -> None:
         kind: Literal["conflict", "stale"] = "conflict"

@@ -10,6 +10,7 @@ from rgcore.model.carry import Stale, carry, ids_of
 from rgcore.model.edits import AnyEdit, Edit, Several
 from rgcore.model.edits_gateways import ClassifyGateway, DeleteGateway, RenameGateway
 from rgcore.model.edits_lines import AlignLines, AssignLines, DeleteLines, MarkClutter
+from rgcore.model.edits_notes import AddNote
 from rgcore.model.edits_objects import ConfirmObject, DeleteObject, LabelObject, RejectObject
 from rgcore.model.edits_regions import ClassifyRegion, RenameRegion
 from rgcore.model.effect import shift_of
@@ -32,10 +33,12 @@ ALIKE: tuple[type[Edit], ...] = (
 def doubtful_parts(edit: AnyEdit, source: Source) -> tuple[AnyEdit | None, AnyEdit | None, str]:
     """What can be carried of an edit, what cannot, and why not: (edit, None, "") where it is not to be parted.
 
-    A thing that was confirmed and looks other now is not confirmed any more.
+    A note outlives its item and stays at its place. What was confirmed and looks other now is not confirmed any more.
     """
     if isinstance(edit, Several):
         return _several(edit, source)
+    if isinstance(edit, AddNote) and edit.item is not None and not _known(edit.item, source):
+        return msgspec.structs.replace(edit, item=None), None, f"{edit.item} has no clear counterpart in the new map"
     name = LISTS.get(type(edit))
     if name is None or not source.drift.known:
         return edit, None, ""
@@ -46,6 +49,10 @@ def doubtful_parts(edit: AnyEdit, source: Source) -> tuple[AnyEdit | None, AnyEd
     rest = msgspec.structs.replace(edit, **{name: tuple(why)})
     reason = "; ".join(list(why.values())[:3]) + (f" and {len(why) - 3} more" if len(why) > 3 else "")
     return (msgspec.structs.replace(edit, **{name: sure}) if sure else None), rest, reason
+
+
+def _known(id: str, source: Source) -> bool:
+    return id in source.ids or is_human_id(id)
 
 
 def _doubt(edit: AnyEdit, id: str, source: Source) -> str:
