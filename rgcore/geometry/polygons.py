@@ -234,3 +234,11 @@ def min_rectangle(points: np.ndarray) -> tuple[tuple[float, float], tuple[float,
     yaw = float(np.arctan2(side[long, 1], side[long, 0]) % np.pi)
     x, y = corners.mean(0)
     return (round(x, 4), round(y, 4)), (round(float(length[long]), 4), round(float(length[1 - long]), 4)), round(yaw, 4)
+
+
+def walls_of(spaces: Sequence[np.ndarray], blocked: Sequence[np.ndarray]) -> np.ndarray:
+    """(S, 2, 2) edges of the union of polygons (n, 2) without the blocked ones, free space to the left."""
+    room = shapely.union_all([Polygon(s).buffer(0) for s in spaces])
+    room = room.difference(shapely.union_all([Polygon(b).buffer(0) for b in blocked]))
+    rings_ = [np.asarray(r.coords) for p in _parts(room) for r in _left(p)]
+    return np.concatenate([np.stack([r[:-1], r[1:]], 1) for r in rings_] or [np.zeros((0, 2, 2))])

@@ -71,6 +71,33 @@ class Boxes(Evidence):
         return np.stack([self.u[:, 1], -self.u[:, 0]], 1)
 
 
+def features(boxes: Boxes) -> np.ndarray:
+    """(K, 33) what speaks for each box: of its front and back, of the side that is seen better, of the other one.
+
+    A box and its mirror image have the same features.
+    """
+    hidden = (1 - boxes.open) * (1 - boxes.wall) * (1 - np.maximum(boxes.face, boxes.edge))
+    beyond = np.minimum(boxes.beyond, 1.0)
+    of_side = np.stack([boxes.face, boxes.wall, boxes.edge, boxes.open, hidden, beyond], 2)
+    seen = np.maximum(boxes.face, boxes.edge) + 0.01 * boxes.wall
+    swap = seen[:, RIGHT] < seen[:, LEFT]
+    order = np.where(swap[:, None], [FRONT, BACK, LEFT, RIGHT], [FRONT, BACK, RIGHT, LEFT])
+    sides = np.take_along_axis(of_side, order[..., None], 1).reshape(len(boxes), -1)
+    width, depth = boxes.size.T
+    whole = [
+        boxes.solid,
+        np.minimum(boxes.inside, 2.0),
+        boxes.foreign,
+        np.log(width),
+        np.log(depth),
+        np.minimum(boxes.size.min(1), 0.6),
+        (boxes.open * (1 - seen)).sum(1),
+        hidden.sum(1),
+        boxes.members.sum(1) / 4,
+    ]
+    return np.c_[sides, np.stack(whole, 1)]
+
+
 def boxes_on(ends: np.ndarray, foreign: np.ndarray, free: Grid, settings: Settings) -> Boxes | None:
     """All boxes that lines (L, 2, 2) of one room suggest; None if there are none.
 
@@ -113,10 +140,11 @@ class _Local:
 def _spans(lines: _Local, length: float, settings: Settings) -> np.ndarray:
     """Left end, right end and depth (k, 3) of the boxes on a front."""
     mx, my = lines.x.mean(1), -lines.y.mean(1)
-    beside = (lines.y[:, 1] > -0.4) & (lines.y[:, 0] < -0.08) & (lines.y[:, 1] < 0.5)
-    across = (lines.looks[RIGHT] | lines.looks[LEFT]) & beside
-    high = mx[across & (mx > length - 0.15) & (mx < length + REACH)]
-    low = mx[across & (mx < 0.15) & (mx > -REACH)]
+    beside = (lines.y[:, 1] > -0.4) & (lines.y[:, 0] < -0.08)
+    ends = beside & (lines.y[:, 1] < 0.5)
+    across = (lines.looks[RIGHT] | lines.looks[LEFT]) & ends
+    high = mx[(across | lines.looks[LEFT] & beside) & (mx > length - 0.15) & (mx < length + REACH)]
+    low = mx[(across | lines.looks[RIGHT] & beside) & (mx < 0.15) & (mx > -REACH)]
     near = (lines.x[:, 0] < length + 2) & (lines.x[:, 1] > -2) & (my > 0)
     over = np.minimum(lines.x[:, 1], length) - np.maximum(lines.x[:, 0], 0)
     side = across & (lines.looks[RIGHT] & (np.abs(mx - length) < 0.2) | lines.looks[LEFT] & (np.abs(mx) < 0.2))

@@ -80,7 +80,7 @@ def random_floor(rng: np.random.Generator) -> Floor:
     for at, sign in ((0.0, -1), (length, 1)):
         _end(f, rng, at, sign, wide)
     if rng.random() < 0.5:
-        _leaves(f, rng)
+        leaves(f, rng)
     for room in list(f.rooms):
         _furnish(f, rng, room)
     for x0, y0, x1, y1 in f.rooms if rng.random() < 0.3 else ():
@@ -125,7 +125,7 @@ def _corners(r: Rect) -> np.ndarray:
     return np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
 
 
-def _leaves(f: Floor, rng: np.random.Generator) -> None:
+def leaves(f: Floor, rng: np.random.Generator) -> None:
     """Leaves of open doors, hinged at a post, standing at any angle that leaves the way free."""
     for a, b, kind in f.gateways:
         gap = np.hypot(*(b - a))
@@ -353,7 +353,7 @@ def _block(f: Floor, x: float, y: float, w: float, h: float, turn: float) -> Non
 
 def scanned(floor: Floor, rng: np.random.Generator, settings: Settings) -> FreeSpace:
     """The free space that scans from random positions see; turns the gateways of the floor into the map frame."""
-    truth, place = _raster(floor)
+    truth, place = raster(floor)
     floor.gateways[:] = [(place(a), place(b), kind) for a, b, kind in floor.gateways]
     floor.gateways += [(place(a), place(b), "door") for a, b in floor.spans]
     spots = []
@@ -386,7 +386,7 @@ def scanned(floor: Floor, rng: np.random.Generator, settings: Settings) -> FreeS
     return free_space(log, Trajectory(log.stamps, poses, zero), settings)
 
 
-def _raster(floor: Floor) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
+def raster(floor: Floor) -> tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]]:
     """The floor drawn as a mask of free cells, turned by its angle, and the function from plan to map [m]."""
     c, s = np.cos(floor.turn), np.sin(floor.turn)
     turn = np.array([[c, s], [-s, c]])

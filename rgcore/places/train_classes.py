@@ -10,6 +10,7 @@ furniture of such a room instead.
 from __future__ import annotations
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from rgcore.places.classify import CLASSES, WEIGHTS, angle_histogram
 from rgcore.places.network import Network
@@ -39,25 +40,43 @@ def printed_histogram(rng: np.random.Generator, class_: str) -> np.ndarray:
 def room(rng: np.random.Generator, class_: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Lines (L, 2, 2), free-space measures (7,) and the slope of the long side of a random room of a class."""
     hall = class_ in ("CDMA", "ODMA")
+    lobby = class_ == "CDMA" and rng.random() < 0.1
+    furnished = hall and rng.random() < 0.25
     width = rng.uniform(1.1, 3.6) if hall else rng.uniform(1.8, 8.0)
     length = width * (np.exp(rng.uniform(np.log(3.0), np.log(25))) if hall else rng.uniform(1.0, 2.6))
+    if lobby:  # between many doors
+        width = rng.uniform(1.1, 2.8)
+        length = width * rng.uniform(1.0, 2.8)
     if not hall and rng.random() < 0.15:
         width, length = 0.5 * width, length
     around = 2 * (length + width)
     slim = length > 2.8 * width and not hall
-    doors = rng.integers(2, 3 + int(length / 3)) if hall else 1 if slim else rng.choice(4, p=[0.05, 0.55, 0.3, 0.1])
+    doors = (
+        rng.integers(2 + 2 * lobby, 3 + 2 * lobby + int(length / 3))
+        if hall
+        else 1
+        if slim
+        else rng.choice(4, p=[0.05, 0.55, 0.3, 0.1])
+    )
     wide = rng.uniform(0.1, 0.5) if class_ == "ODMA" else rng.choice([0.0, rng.uniform(0, 0.06)])
+    if not hall and rng.random() < 0.2:
+        wide = rng.uniform(0.06, 0.3)
     opened = wide * around
     gaps = np.append(rng.uniform(0.7, 1.1, doors), [opened] * int(wide > 0))
     walls = [(length, 0.0), (length, 0.0), (width, np.pi / 2), (width, np.pi / 2)]
     lines = [(s * rng.uniform(0.6, 1.0), a) for s, a in walls]
     lines += [(rng.uniform(0.1, 0.4), np.pi / 2) for _ in range(2 * len(gaps))]
-    things = rng.poisson({"TOMA": 0.1, "CC": rng.uniform(0.1, 0.4)}.get(class_, 0.02) * min(length * width, 60))
+    things = rng.poisson(
+        {"TOMA": 0.1, "CC": rng.uniform(0.1, 0.4)}.get(class_, 0.1 if furnished else 0.02) * min(length * width, 60)
+    )
     turn = rng.uniform(0, np.pi, things) if class_ == "CC" else rng.normal(0, 0.03, things)
     for t in turn:
         lines += [(rng.uniform(0.4, 2.0), t), (rng.uniform(0.3, 0.9), t + np.pi / 2)]
     short = rng.poisson(
-        {"TOMA": rng.uniform(0, 0.5), "CC": rng.uniform(0.2, 2.0)}.get(class_, 0.08) * min(length * width, 80)
+        {"TOMA": rng.uniform(0, 0.5), "CC": rng.uniform(0.2, 2.0)}.get(
+            class_, rng.uniform(0.1, 2.0) if furnished else 0.08
+        )
+        * min(length * width, 80)
     )
     lines += [(rng.uniform(0.1, 0.5), t) for t in rng.uniform(0, np.pi, short)]
     size = np.array([s for s, _ in lines])
@@ -84,17 +103,41 @@ def sample(rng: np.random.Generator) -> tuple[np.ndarray, int]:
     return np.concatenate([histogram, measures]), label
 
 
+def tempered(found: Network, inputs: np.ndarray, labels: np.ndarray) -> Network:
+    """The network with its last layer divided by the temperature that gives rooms it has not seen the best likelihood
+    (Guo et al. 2017, "On calibration of modern neural networks"): the classes stay, the scores become honest.
+    """
+
+    def loss(log_temperature: float) -> float:
+        p = scaled(float(np.exp(log_temperature))).probabilities(inputs)[np.arange(len(labels)), labels]
+        return float(-np.log(np.maximum(p, 1e-12)).mean())
+
+    def scaled(t: float) -> Network:
+        weights, biases = (*found.weights[:-1], found.weights[-1] / t), (*found.biases[:-1], found.biases[-1] / t)
+        return Network(found.mean, found.scale, weights, biases)
+
+    best = minimize_scalar(loss, bounds=(-1.5, 1.5), method="bounded")
+    return scaled(float(np.exp(best.x)))
+
+
+def samples_of(rng: np.random.Generator, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Inputs (K, F) and classes (K,) of so many synthetic regions."""
+    x, y = zip(*(sample(rng) for _ in range(count)), strict=True)
+    return np.array(x), np.array(y)
+
+
 def train(seed: int = SEED, samples: int = SAMPLES) -> tuple[Network, np.ndarray]:
     """The network, and its table of confusion (true x found) on rooms it has not seen."""
     from sklearn.neural_network import MLPClassifier
 
     rng = np.random.default_rng(seed)
-    x, y = map(np.array, zip(*(sample(rng) for _ in range(samples)), strict=True))
+    x, y = samples_of(rng, samples)
     mean, scale = x.mean(0), x.std(0) + 0.05
     mlp = MLPClassifier((16,), activation="tanh", alpha=1e-2, early_stopping=True, max_iter=300, random_state=seed)
     mlp.fit((x - mean) / scale, y)
     found = Network(mean, scale, tuple(mlp.coefs_), tuple(mlp.intercepts_))
-    xt, yt = map(np.array, zip(*(sample(rng) for _ in range(samples // 4)), strict=True))
+    found = tempered(found, *samples_of(rng, samples // 4))
+    xt, yt = samples_of(rng, samples // 4)
     confusion = np.zeros((len(CLASSES), len(CLASSES)), int)
     np.add.at(confusion, (yt, found.probabilities(xt).argmax(1)), 1)
     return found, confusion
