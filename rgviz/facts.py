@@ -170,7 +170,7 @@ def area(r: Region) -> float:
 def class_title(c: str) -> str:
     words = theme.CLASS_TITLES.get(c)
     if words is None:
-        return escape(c)
+        return escape(c) or "not classified"
     return escape(words) if "_" in c or c == "opening" else f'{escape(c)} <span class="muted">{escape(words)}</span>'
 
 

@@ -29,7 +29,9 @@ STAGES = {
 class Pace:
     """Follows the reports of a mapping job and knows how fast it goes."""
 
-    def __init__(self) -> None:
+    def __init__(self, again: bool = False) -> None:
+        """``again``: the log of a project is mapped only to be watched."""
+        self.again = again
         self.report: Report | None = None
         self._began = (0.0, 0)
 
@@ -69,6 +71,8 @@ def waiting(title: str, pace: Pace) -> str:
     """What stands in the inspector while the map is being made."""
     scans = f"<p>{pace.report.scans:,} scans.</p>" if pace.report is not None and pace.report.scans else ""
     text = "The map grows as the log is read. It can be corrected as soon as it is done."
+    if pace.again:
+        text = "This is how the log is mapped, as the robot drives. To correct the map, go back to it."
     return wrap(f'<div class="rg-h">{escape(title)}</div>{scans}<p class="muted">{text}</p>')
 
 

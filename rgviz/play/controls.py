@@ -47,6 +47,12 @@ class Controls:
         self._on(self._slider, lambda p, value: p.seek(int(value) - 1))
         self._on(self._speed, lambda p, value: p.set_speed(value))
 
+        key = gui.add_command("Play the log, or pause", hotkey="P", modifier="shift")
+
+        @key.on_trigger
+        async def _(_: Any) -> None:
+            self._post(lambda p: p.toggle())
+
         @self._steps.on_click
         async def _(event: Any) -> None:
             self._post(lambda p: p.step(STEPS.get(event.target.value, 0)))

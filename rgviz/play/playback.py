@@ -121,6 +121,7 @@ class Playback:
             app.job.cancel()
             app.job = None
         self.on, self.aside, app.session = True, app.session, None
+        app.pace = status.Pace(again=self.aside is not None)
         self.trouble, self._shown, self._drawn, self._extent = "", None, (-1, 0.0), None
         app.scene.show_evidence(np.zeros((0, 2), np.float32), np.zeros((0, 2)))
         app.scene.show(map_so_far(EMPTY, {}))
@@ -128,7 +129,7 @@ class Playback:
             self.player.seek(0)
             self.player.playing = True
         else:
-            s, app.pace = self.source, status.Pace()
+            s = self.source
             number = self._number = self._number + 1
             self._job = PlayJob(s.log, s.project, s.config, lambda m: self._post(number, m), s.topics, s.sha256)
         if self._clock is None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import queue
+import time
 import typing
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +17,14 @@ from hypothesis import strategies as st
 from short_log import short_log
 
 from rgcore.config import Config
+from rgcore.errors import ProjectError
 from rgcore.model.project import Project
 from rgcore.online import RegionSoFar, Step
 from rgcore.places import automaton as told
 from rgcore.scans.read import read_log
+from rgviz.app import App
 from rgviz.jobs import Finished, Report
+from rgviz.mapping import map_into
 from rgviz.play.child import Mapped, Opening, Picture, PlayJob, centimetres, thinned
 from rgviz.play.playback import find_log
 from rgviz.play.player import REPLAY, SPEEDS, Player
@@ -334,6 +339,74 @@ def test_another_log_than_the_projects_is_refused(log: Path) -> None:
     assert message.error is not None
     assert "not the log that the project was made from" in message.error
     assert "\n" not in message.error
+
+
+# ---- in the app, without a browser ----------------------------------------------------------------------
+
+
+@pytest.fixture
+def app() -> Iterator[App]:
+    a = App(port=0)
+    yield a
+    a.stop()
+
+
+def until(true: Callable[[], object]) -> None:
+    end = time.monotonic() + 120
+    while not true():
+        assert time.monotonic() < end, "it never came to pass"
+        time.sleep(0.02)
+
+
+def at(app: App) -> int:
+    return -1 if app.playback.player is None else app.playback.player.at
+
+
+def test_the_log_of_an_open_project_is_watched_and_left_again(log: Path, tmp_path: Path, app: App) -> None:
+    path = tmp_path / "short.rg"
+    map_into(path, read_log(log), Config()).close()
+    with pytest.raises(ProjectError, match=r"rgviz play LOG -o short\.rg"):
+        app.play_log(None, path, "max")
+    assert app.session is not None
+    app.session.project.close()
+    (tmp_path / "short.log").write_bytes(log.read_bytes())
+    app.play_log(None, path, "max")
+    until(lambda: at(app) == 59)
+    assert app.session is None
+    assert app.read_only
+    assert len(app.map.lines) == 0
+    with pytest.raises(ProjectError, match="go back to the map"):
+        _ = app.opened
+    app.worker.post(app.playback.seek, 10)
+    until(lambda: at(app) == 10)
+    app.worker.post(app.playback.leave)
+    until(lambda: app.session is not None)
+    assert len(app.map.lines) > 5
+    assert not app.read_only
+    app.worker.post(app.playback.start)
+    until(lambda: app.playback.on and app.playback.player.ended)  # type: ignore[union-attr]
+    assert app.playback._job is None, "the tape is shown again, nothing is mapped"
+
+
+def test_a_log_that_is_being_mapped_can_be_played_instead(log: Path, tmp_path: Path, app: App) -> None:
+    app.map_log(log, tmp_path / "short.rg")
+    app.playback.speed = "max"
+    app.worker.post(app.playback.start)
+    until(lambda: app.session is not None)
+    assert at(app) == 59, "it was played to the end, then its project opened"
+    assert app.session is not None
+    assert app.session.project.map.lines
+
+
+def test_a_log_that_cannot_be_read_is_told_and_leaves_nothing(
+    tmp_path: Path, app: App, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "bad.log").write_text("not a log\n")
+    app.play_log(tmp_path / "bad.log", tmp_path / "bad.rg", "4x")
+    until(lambda: app.failure)
+    assert "bad.log" in str(app.failure)
+    assert not (tmp_path / "bad.rg").exists()
+    assert len(capfd.readouterr().err.splitlines()) == 1
 
 
 @given(st.integers(0, 5000), st.integers(1, 500))
