@@ -135,7 +135,7 @@ def _xdata(entity: Any) -> dict[str, str]:
 def _osm(path: Path, where: Georeference | None) -> Iterator[Drawn]:
     try:
         root = defusedxml.ElementTree.parse(path).getroot()
-    except (defusedxml.ElementTree.ParseError, defusedxml.DefusedXmlException) as e:
+    except (defusedxml.ElementTree.ParseError, defusedxml.DefusedXmlException, LookupError) as e:
         raise InputError(path, f"no OSM XML that can be read: {e}") from e
     frame = where or Georeference(0.0, 0.0)
     alive = [e for e in root if e.get("action") != "delete" and e.get("visible") != "false"]

@@ -124,12 +124,16 @@ def _views(path: Path, cells: Grid) -> np.ndarray:
         if part == 0 or areas[part] < LEAST_AREA:
             continue
         floor = _floor(path, cells, free)
+        if not len(floor.segments):
+            continue  # nowhere in it is a wall to be seen
         try:
             out.append(drive(floor, VIRTUAL).poses)
         except InputError:
             continue  # nowhere in it does a robot fit
     if not out:
-        raise InputError(path, "the grid has no free floor that a robot fits in; check negate and the thresholds")
+        raise InputError(
+            path, "the grid has no free floor with walls that a robot fits in; check negate and the thresholds"
+        )
     return np.concatenate(out)
 
 

@@ -48,7 +48,10 @@ def read_csv(source: Source) -> ScanLog:
     """The scans of a CSV file. Raises InputError with the line that is wrong."""
     settings = _settings(source)
     start = next(i for i, line in enumerate(source.lines) if line.strip() and not line.startswith("#"))
-    names = [n.strip() for n in next(csv.reader([source.lines[start]]))]
+    try:
+        names = [n.strip() for n in next(csv.reader([source.lines[start]]))]
+    except csv.Error as e:
+        raise source.error(f"damaged heading: {e}", start + 1) from e
     beams = sum(1 for _ in takewhile(lambda k: f"range_{k}" in names, count()))
     known = {"stamp", *_POSE, *(f"range_{k}" for k in range(beams))}
     if set(names) != known & set(names) or len(set(names)) < len(names):
@@ -148,12 +151,12 @@ def _rows(source: Source, start: int, width: int) -> np.ndarray:
     for number, line in enumerate(source.lines[start + 1 :], start + 2):
         if not line.strip() or line.startswith("#"):
             continue
-        cells = next(csv.reader([line]))
         try:
+            cells = next(csv.reader([line]))
             if len(cells) != width:
                 raise ValueError(f"it has {len(cells)} cells, the heading {width}")
             rows.append([float(c) if c.strip() else np.nan for c in cells])
-        except ValueError as e:
+        except (ValueError, csv.Error) as e:
             if number == source.last_line and source.ends_open and rows:
                 break  # cut off while it was written
             raise source.error(f"damaged line: {e}; repair or delete it", number) from e

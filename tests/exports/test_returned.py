@@ -156,6 +156,7 @@ def test_what_the_map_refuses_is_told_and_the_rest_goes_on(tmp_path: Path) -> No
         ("a.dxf", b"0\nSECTION\n2\nHEADER\n", "no DXF that can be read"),
         ("a.osm", b"<osm><node id='-1'/></osm>", "is damaged: 'lon'"),
         ("a.osm", b"<osm", "no OSM XML"),
+        ("a.osm", b"<?xml version='1.0' encoding='utf-x'?><osm/>", "no OSM XML that can be read: unknown encoding"),
         ("a.osm", b'<!DOCTYPE x [<!ENTITY a "b">]><osm>&a;</osm>', "no OSM XML"),
         ("a.glb", b"", r"no drawing that can come back; known endings: \.geojson"),
     ],

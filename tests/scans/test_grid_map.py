@@ -139,3 +139,7 @@ def test_files_that_are_no_grid_are_told(tmp_path: Path) -> None:
     Image.fromarray(np.full((9, 9), 0, np.uint8)).save(tmp_path / "map.pgm")
     with pytest.raises(InputError, match="no free floor"):
         read_log(saved(tmp_path, np.full((9, 9), 0, np.uint8)))
+    open_ground = np.full((60, 60), 205, np.uint8)
+    open_ground[5:55, 5:55] = 254
+    with pytest.raises(InputError, match="no free floor with walls"):
+        read_log(saved(tmp_path, open_ground))

@@ -16,7 +16,7 @@ HEADING = "stamp,x,y,theta,range_0,range_1,range_2\n"
 
 def csv(tmp_path: Path, text: str) -> Path:
     path = tmp_path / "scans.csv"
-    path.write_text(text)
+    path.write_bytes(text.encode())
     return path
 
 
@@ -44,6 +44,8 @@ def test_a_csv_of_ranges_alone(tmp_path: Path) -> None:
     [
         (HEADING + "0,0,0,0,1,2\n" + "0,0,0,0,1,2,3\n", r"scans\.csv:2: damaged line: it has 6 cells, the heading 7"),
         (HEADING + "0,0,0,0,1,2,much\n" + "0,0,0,0,1,2,3\n", r"scans\.csv:2: damaged line: could not convert"),
+        (HEADING + "0,0,0\r0,0,1,2,3\n" + "0,0,0,0,1,2,3\n", r"scans\.csv:2: damaged line: new-line character"),
+        (HEADING.replace("theta", "the\rta"), r"scans\.csv:1: damaged heading"),
         (HEADING, "a heading and no scans"),
         ("stamp,height,range_0\n1,2,3\n", r"scans\.csv:1: column 'height'"),
         ("# angle_min = east\n" + HEADING + "0,0,0,0,1,2,3\n", r"scans\.csv:1: angle_min must be a number, not 'east'"),
