@@ -61,7 +61,9 @@ def test_our_own_grid_comes_back_as_the_same_rooms(tmp_path: Path) -> None:
     again = pipeline.run(read_log(tmp_path / "out" / "office.yaml")).map
     assert len(again.regions) == len(made.regions)
     (a,), (b,) = made.gateways.values(), again.gateways.values()
-    np.testing.assert_allclose(np.mean(a.posts, axis=0), np.mean(b.posts, axis=0), atol=0.1)
+    across, along = np.abs(np.mean(a.posts, axis=0) - np.mean(b.posts, axis=0))
+    assert along < 0.1
+    assert across < 0.3  # anywhere in the thickness of the wall
 
 
 def test_the_origin_turns_the_map(tmp_path: Path) -> None:
