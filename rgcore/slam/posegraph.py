@@ -6,16 +6,21 @@ adjustment for 2D mapping", IROS 2010), the links re-weighted by dynamic covaria
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
-from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse import bsr_matrix, csc_matrix, csr_matrix, eye
+from scipy.sparse.linalg import LinearOperator, SuperLU, cg, splu
 
 from rgcore.evidence import Evidence
 from rgcore.geometry import se2
 from rgcore.geometry.compiled import kernel
 from rgcore.slam.small import between, times, wrapped
+
+MOST_GRADIENTS = 12
+"""Conjugate gradients after which a new factorisation is the better way."""
+_SYMMETRIC: dict[str, Any] = {"diag_pivot_thresh": 0.0, "options": {"SymmetricMode": True}}
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,23 +79,51 @@ def optimise(poses: np.ndarray, links: Links, rounds: int = 10, enough: float = 
 
     A pose that no link holds stays as well. Stops when no pose moves by more than ``enough`` [m or rad].
     """
-    poses = np.array(poses, float)
     if len(poses) < 2 or not len(links):
-        return poses
+        return np.array(poses, float)
+    order = _order(len(poses), links)
+    rank = np.argsort(order)
+    poses, links = poses[order], replace(links, a=rank[links.a], b=rank[links.b])
     pattern, slots = _pattern(len(poses), links)
+    solve = _Solver(pattern)
     for _ in range(rounds):
         blocks, rhs = np.zeros((len(pattern.indices), 3, 3)), np.zeros((len(poses), 3))
-        _assemble(poses, links.a, links.b, links.a_from_b, links.information, links.scale, slots, blocks, rhs)
-        h = bsr_matrix((blocks, pattern.indices, pattern.indptr)).tocsr()
-        h = csc_matrix((h.data, h.indices, h.indptr), shape=h.shape)  # it is symmetric
-        step = splu(h, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}).solve(
-            rhs.ravel()
-        )
+        _assemble(poses, links.a, links.b, links.a_from_b, links.information, links.scale, slots, rank[0], blocks, rhs)
+        step = solve(blocks, rhs.ravel())
         poses += step.reshape(-1, 3)
         if np.abs(step).max() < enough:
             break
     poses[:, 2] = se2.wrap(poses[:, 2])
-    return poses
+    return poses[rank]
+
+
+def _order(n: int, links: Links) -> np.ndarray:
+    """(n,) the poses in an order that keeps the factors sparse; asked of poses, not of numbers, it takes little."""
+    ends = np.concatenate([links.a, links.b]), np.concatenate([links.b, links.a])
+    graph = csc_matrix((np.ones(len(ends[0])), ends), (n, n)) + n * len(links) * eye(n, format="csc")
+    return np.argsort(splu(graph, "MMD_AT_PLUS_A", **_SYMMETRIC).perm_c)
+
+
+class _Solver:
+    """Solves the normal equations of the rounds: the first are factorised; that makes the next ones, which differ
+    little, a matter of a few conjugate gradients.
+    """
+
+    def __init__(self, pattern: csr_matrix) -> None:
+        self.pattern = pattern
+        self._factor: SuperLU | None = None
+
+    def __call__(self, blocks: np.ndarray, rhs: np.ndarray) -> np.ndarray:
+        h = bsr_matrix((blocks, self.pattern.indices, self.pattern.indptr))
+        if self._factor is not None:
+            near = LinearOperator(h.shape, self._factor.solve, dtype=float)
+            step, failed = cg(h, rhs, rtol=1e-8, maxiter=MOST_GRADIENTS, M=near)
+            if not failed:
+                return np.asarray(step)
+        h = h.tocsr()
+        h = csc_matrix((h.data, h.indices, h.indptr), shape=h.shape)  # it is symmetric
+        self._factor = splu(h, "NATURAL", relax=20, **_SYMMETRIC)
+        return np.asarray(self._factor.solve(rhs))
 
 
 def _pattern(n: int, links: Links) -> tuple[csr_matrix, np.ndarray]:
@@ -106,7 +139,7 @@ def _pattern(n: int, links: Links) -> tuple[csr_matrix, np.ndarray]:
 
 
 @kernel
-def _assemble(poses, a, b, measured, information, scale, slots, blocks, rhs):  # type: ignore[no-untyped-def]
+def _assemble(poses, a, b, measured, information, scale, slots, anchor, blocks, rhs):  # type: ignore[no-untyped-def]
     """Adds the normal equations of all links into ``blocks`` (S, 3, 3) and ``rhs`` (N, 3)."""
     n = len(a)
     j = np.zeros((2, 3, 3))  # derivatives of the residual by pose a and by pose b
@@ -143,6 +176,6 @@ def _assemble(poses, a, b, measured, information, scale, slots, blocks, rhs):  #
                     for v in range(3):
                         for m in range(3):
                             blocks[slot, u, v] += t[e, u, m] * j[f, m, v]
-    for i in range(len(poses)):  # what holds a pose without links; and pose 0, the anchor
+    for i in range(len(poses)):  # what holds a pose without links; and the anchor
         for u in range(3):
-            blocks[slots[4 * n + i], u, u] += 1e12 if i == 0 else 1e-6
+            blocks[slots[4 * n + i], u, u] += 1e12 if i == anchor else 1e-6

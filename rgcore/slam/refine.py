@@ -41,19 +41,16 @@ def neighbours(keyframes: Keyframes, settings: Slam) -> tuple[np.ndarray, np.nda
     """
     poses, half = keyframes.poses, settings.local_keyframes // 2
     metric = np.column_stack([poses[:, :2], np.cos(poses[:, 2]), np.sin(poses[:, 2])])
-    pairs = cKDTree(metric).query_pairs(settings.neighbourhood, output_type="ndarray")
-    pairs = np.concatenate([pairs, pairs[:, ::-1]])
-    a, b = pairs.T
-    d = ((metric[a] - metric[b]) ** 2).sum(1)
-    order = np.lexsort((d, b))
+    near = cKDTree(metric).query(metric, range(1, 4 * half + 2), distance_upper_bound=settings.neighbourhood)[1]
+    own = np.repeat(np.arange(len(poses))[:, None], near.shape[1], 1)
+    others = (near < len(poses)) & (np.abs(near - own) > half)
+    others &= np.cumsum(others, 1) <= 2 * half  # so many of them are among the nearest, itself and its mates apart
+    ahead = [np.stack([np.arange(len(poses) - k), np.arange(k, len(poses))]) for k in range(1, half + 1)]
+    mates = np.concatenate([np.zeros((2, 0), int), *ahead, *(pair[::-1] for pair in ahead)], 1)
+    mates = mates[:, ((metric[mates[0]] - metric[mates[1]]) ** 2).sum(1) < settings.neighbourhood**2]
+    a, b = np.concatenate([mates, np.stack([near[others], own[others]])], 1)
+    order = np.lexsort((a, b))
     a, b = a[order], b[order]
-    mates = np.abs(a - b) <= half
-    rank = np.zeros(len(a), int)  # the how manieth of its b, among the others
-    others = np.flatnonzero(~mates)
-    first = np.searchsorted(b[others], np.arange(len(poses)))
-    rank[others] = np.arange(len(others)) - first[b[others]]
-    keep = mates | (rank < 2 * half)
-    a, b = a[keep], b[keep]
     seen = _agreements(keyframes.surfaces, keyframes.ranges, keyframes.bearings, poses, a, b)
     keep = seen[:, 1] <= CONTRADICTED * seen[:, :2].sum(1)
     return a[keep], b[keep]
