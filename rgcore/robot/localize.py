@@ -17,8 +17,8 @@ from rgcore.model.records import RGMap
 from rgcore.robot.linemap import expect, line_map
 from rgcore.robot.register import Fit, View, fit, register, view
 from rgcore.robot.search import APART, Ground, candidates, distinct, ground_of, surroundings, surroundings_of
+from rgcore.slam.motion import motion_deviation
 from rgcore.slam.small import between, chain
-from rgcore.slam.tracking import motion_deviation
 
 START_DEVIATION = (0.1, 0.1, 0.05)
 """How well a person knows a start [m, m, rad]."""

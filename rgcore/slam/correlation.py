@@ -19,6 +19,10 @@ APART = (0.6, 0.25)
 """[m, rad] farther than this from the maximum is another answer, not the same one."""
 
 
+FREE = np.zeros(3)
+"""No pose costs more than another."""
+
+
 class Field(NamedTuple):
     """``levels`` (LEVELS, H, W) uint8: level k holds, a cell, the maximum of the likelihood (0..255) over the 2**k
     cells right of it and above; ``corner`` (2,) [m] of cell (0, 0), ``resolution`` [m].
@@ -48,12 +52,19 @@ def likelihood_field(points: np.ndarray, resolution: float = 0.05, deviation: fl
 
 
 def correlate(
-    points: np.ndarray, field: Field, centre: np.ndarray, window: np.ndarray, least: float, rival: float
+    points: np.ndarray,
+    field: Field,
+    centre: np.ndarray,
+    window: np.ndarray,
+    least: float,
+    rival: float,
+    cost: np.ndarray = FREE,
 ) -> Peak | None:
     """The best pose of a scan within ``centre`` (3,) +- ``window`` (3,); None if no response there exceeds ``least``,
     or if another answer reaches ``rival`` times the best one.
 
-    ``points`` (n, 2) are the scan's surface points in its own frame.
+    ``points`` (n, 2) are the scan's surface points in its own frame. ``cost`` (3,) is what a pose away from the centre
+    loses of its response: by square metre, by square radian, and at most.
     """
     far = max(1.0, float(np.quantile(np.hypot(points[:, 0], points[:, 1]), 0.8)))
     step = min(0.02, field.resolution / far)
@@ -61,8 +72,8 @@ def correlate(
     cells = np.ceil(np.asarray(window[:2]) / field.resolution).astype(np.int64)
     nowhere = np.full(3, 1 << 40, np.int64)
     span = np.array([APART[0] / field.resolution, APART[0] / field.resolution, APART[1] / step]).astype(np.int64)
-    best, top = _search(points, field, centre, turns, cells, nowhere, span, least)
-    if top <= 0 or _search(points, field, centre, turns, cells, best, span, rival * top)[1] > 0:
+    best, top = _search(points, field, centre, turns, cells, nowhere, span, least, cost)
+    if top <= 0 or _search(points, field, centre, turns, cells, best, span, rival * top, cost)[1] > 0:
         return None
     pose, covariance = _moments(points, field, centre, turns, best)
     return Peak(pose, top, covariance)
@@ -112,8 +123,15 @@ def _cells(points, field, centre, turn, cx, cy):  # type: ignore[no-untyped-def]
         cy[i] = int(np.floor((s * points[i, 0] + c * points[i, 1] + centre[1] - field.corner[1]) / field.resolution))
 
 
+@inner
+def _loss(u, v, side, turn, resolution, cost):  # type: ignore[no-untyped-def]
+    """Least cost of a pose in the block of cells u..u + side, v..v + side, ``turn`` from the centre."""
+    x, y = max(0, max(u, -u - side)) * resolution, max(0, max(v, -v - side)) * resolution
+    return min(cost[2], cost[0] * (x * x + y * y) + cost[1] * turn * turn)
+
+
 @kernel
-def _search(points, field, centre, turns, cells, taken, span, least):  # type: ignore[no-untyped-def]
+def _search(points, field, centre, turns, cells, taken, span, least, cost):  # type: ignore[no-untyped-def]
     """Branch and bound: the best (u, v, turn) outside ``taken`` +- ``span``, and its score if above ``least``, else
     0.
     """
@@ -126,7 +144,8 @@ def _search(points, field, centre, turns, cells, taken, span, least):  # type: i
         _cells(points, field, centre, turns[t], cx[t], cy[t])
         for b in range(columns * rows):
             u, v = b % columns * block - cells[0], b // columns * block - cells[1]
-            bounds[t * columns * rows + b] = _score(field.levels[top], cx[t], cy[t], u, v)
+            loss = _loss(u, v, block - 1, turns[t] - centre[2], field.resolution, cost)
+            bounds[t * columns * rows + b] = _score(field.levels[top], cx[t], cy[t], u, v) - loss
     best, found = least, np.zeros(3, np.int64)
     found[2] = -1
     stack = np.empty((4 * LEVELS, 3), np.int64)
@@ -150,7 +169,11 @@ def _search(points, field, centre, turns, cells, taken, span, least):  # type: i
                 and abs(v + side - taken[1]) <= span[1]
             ):
                 continue
-            score = bounds[index] if k == top else _score(field.levels[k], cx[t], cy[t], u, v)
+            if k == top:
+                score = bounds[index]
+            else:
+                loss = _loss(u, v, side, turns[t] - centre[2], field.resolution, cost)
+                score = _score(field.levels[k], cx[t], cy[t], u, v) - loss
             if score <= best:
                 continue
             if k == 0:

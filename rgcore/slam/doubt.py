@@ -22,6 +22,8 @@ USUAL = (0.98, 4.0)
 """So many times the share that this quantile of the keyframes stays below is far more than usual."""
 SURPRISE = 3.0
 """Deviations by which odometry must be off as well: a place that looks alike lies elsewhere than it says."""
+CLEAR = 0.05
+"""Share of contradicted points up to which a scan is taken for the next one where those between could not be placed."""
 DROP = 0.1
 """Between keyframes only scans that fit worse than the last one by this are looked at."""
 
@@ -45,6 +47,10 @@ class Doubt:
         more than is usual.
         """
         return bool(np.abs(off).max() > SURPRISE and self._contradicted(surface, ranges, pose) > self._bound)
+
+    def unclear(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray) -> bool:
+        """Whether a scan at ``pose`` (3,) contradicts anything much."""
+        return self._contradicted(surface, ranges, pose) > CLEAR
 
     def learn(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray) -> None:
         """A scan that is going to be a keyframe."""

@@ -119,6 +119,12 @@ def register(
     return Match(*_register(scan.points, scan.normals, on, np.asarray(pose, float), prior, noise, reach, rounds))
 
 
+def unmatched(on: LocalMap, pose: np.ndarray) -> Match:
+    """A scan at ``pose`` (3,) that says nothing of where it is on the map."""
+    n = on.owners
+    return Match(pose, np.zeros((n, 3, 3)), np.zeros((n, 3)), np.zeros(n), 0.0)
+
+
 @kernel
 def likelihood(points, on, pose):  # type: ignore[no-untyped-def]
     """Mean over the scan's points (n, 2) of exp(-d^2 / (2 DEVIATION^2)), d the distance to the nearest of the map."""

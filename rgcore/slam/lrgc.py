@@ -15,14 +15,15 @@ from rgcore.progress import Progress, Watcher, silent
 from rgcore.scans.log import ScanLog
 from rgcore.slam.doubt import Doubt
 from rgcore.slam.keyframes import Keyframes, links_of
-from rgcore.slam.local import LocalMap, Match
+from rgcore.slam.local import LocalMap, Match, covariance, unmatched
 from rgcore.slam.loops import Loops
+from rgcore.slam.motion import Motion
 from rgcore.slam.parts import Found, Parts
 from rgcore.slam.posegraph import Links, optimise, tension
 from rgcore.slam.refine import refine
 from rgcore.slam.small import between, chain
 from rgcore.slam.surface import Surface, surface
-from rgcore.slam.tracking import motion_deviation, track
+from rgcore.slam.tracking import Step, track
 from rgcore.slam.trajectory import Trajectory
 
 SHOW_EVERY = 50
@@ -35,6 +36,8 @@ WIDEST = np.array([1.5, 1.5, 1.0])
 """[m, m, rad] deviation of odometry beyond which nothing is sought."""
 GAP = (0.6, 0.6)
 """[m, rad] a break in a longer step may be one for want of overlap alone: odometry still says about where to look."""
+PATIENT, PATIENCE = 5, (0.5, 0.5)
+"""Scans in a row that wait to be placed, over so much way and turn [m, rad], before a break is told."""
 BREAK_SCALE = 1.0
 """Chi squared at which what odometry says of a break begins to lose its weight: at once."""
 
@@ -68,6 +71,7 @@ class Lrgc:
         self.loops = Loops(self.keyframes, settings)
         self.parts = Parts(self.keyframes, settings)
         self.doubt = Doubt(self.keyframes)
+        self.motion = Motion(settings.odometry_noise)
         self.breaks: list[int] = []
         self.healed: list[int] = []
         self.jumps: list[int] = []
@@ -80,6 +84,7 @@ class Lrgc:
         self._anchor: list[int] = []  # keyframe that the pose of a scan is kept relative to
         self._offset: list[np.ndarray] = []  # keyframe_from_laser of a scan
         self._members = np.zeros(0, np.int64)
+        self._lost: list[tuple[Surface, np.ndarray, np.ndarray]] = []  # scans that wait: surface, ranges, odometry
         self._map: LocalMap | None = None
         self.match: Match | None = None
         """the last scan on the local map"""
@@ -108,26 +113,61 @@ class Lrgc:
             self.parts.advance(False)
             self._renew_map()
             return odometry
-        last = chain(self.keyframes.poses[self._anchor[-1]], self._offset[-1])
+        return self._place(scan, ranges, odometry, True)
+
+    def _place(self, scan: Surface, ranges: np.ndarray, odometry: np.ndarray, patient: bool) -> np.ndarray:
+        """The pose (3,) of the next scan; if it cannot be told, and ``patient``, it waits for those that follow."""
+        assert self._map is not None
+        s, waiting, since = self.settings, len(self._lost), self._since
+        last = chain(self.keyframes.poses[self._anchor[-1 - waiting]], self._offset[-1 - waiting])
         self._step = step = between(self._odometry, odometry)
         match, sure = self._track(scan, ranges, last, step)
-        self._odometry, self._moved, self.match = odometry, between(last, match.pose), match
-        newest = len(self.keyframes) - 1
+        moved, newest = between(last, match.pose), len(self.keyframes) - 1
         offset = between(self.keyframes.poses[newest], match.pose)
         near = np.hypot(offset[0], offset[1]) < s.keyframe_distance and abs(offset[2]) < s.keyframe_angle
-        if self.doubt.worth_a_look(match.share) or not near:
-            off = between(step, self._moved) / motion_deviation(step, s.odometry_noise)
+        if self.doubt.worth_a_look(match.share) or not near or waiting:
+            off = between(step, moved) / self.motion.deviation(step)
             sure = sure and not (self.has_odometry and self.doubt.startling(scan, ranges, match.pose, off))
-        self._anchor.append(newest)
-        self._offset.append(offset)
+            sure = sure and not (waiting and self.doubt.unclear(scan, ranges, match.pose))
+        if not sure and patient and self._may_wait(step):
+            guess = chain(last, step)
+            self._since, self.match = since, unmatched(self._map, guess)
+            self._lost.append((scan, ranges, odometry))
+            self._keep(newest, between(self.keyframes.poses[newest], guess))
+            return guess
+        if not sure and waiting:
+            self._since = since
+            return self._give_up((scan, ranges, odometry))
+        if sure and self.has_odometry:
+            self.motion.learn(moved, step, self._moved, self._seen(match, last[2]))
+        self._odometry, self._moved, self.match, self._lost = odometry, moved / (1 + waiting), match, []
         if sure and near:
+            self._keep(newest, offset)
             return match.pose
         if sure:
             self.doubt.learn(scan, ranges, match.pose)
-        self._anchor[-1], self._offset[-1] = newest + 1, np.zeros(3)
+        self._keep(newest + 1, np.zeros(3))
         self.keyframes.add(match.pose, scan, ranges, len(self) - 1)
         self._link(match, sure)
         return np.array(self.keyframes.poses[-1])
+
+    def _keep(self, anchor: int, offset: np.ndarray) -> None:
+        """The pose of the next scan is ``offset`` (3,) from keyframe ``anchor``."""
+        self._anchor.append(anchor)
+        self._offset.append(offset)
+
+    def _may_wait(self, step: np.ndarray) -> bool:
+        """Whether a scan that cannot be placed may wait for the next: somebody may have passed right before the laser,
+        and the robot has hardly moved ``step`` (3,) since.
+        """
+        small = bool(np.hypot(step[0], step[1]) < PATIENCE[0] and abs(step[2]) < PATIENCE[1])
+        return small and self.has_odometry and len(self._lost) < PATIENT
+
+    def _give_up(self, *more: tuple[Surface, np.ndarray, np.ndarray]) -> np.ndarray:
+        """The scans that waited, and ``more``, begin a new part; the pose of the last."""
+        lost, self._lost = [*self._lost, *more], []
+        del self._anchor[len(self) - len(lost) + len(more) :], self._offset[len(self._anchor) :]
+        return [self._place(*scan, patient=k > 0) for k, scan in enumerate(lost)][-1]
 
     def _track(self, scan: Surface, ranges: np.ndarray, last: np.ndarray, moved: np.ndarray) -> tuple[Match, bool]:
         """Registers a scan, ``moved`` (3,) from ``last`` (3,) by odometry; and whether that can be believed.
@@ -156,9 +196,15 @@ class Lrgc:
     ) -> tuple[Match, bool]:
         """A scan on the local map, ``moved`` (3,) from ``last`` (3,); and whether that can be believed."""
         assert self._map is not None
-        deviation = np.minimum(motion_deviation(moved, self.settings.odometry_noise) + blind, WIDEST)
-        guess = chain(last, moved)
-        return track(self.keyframes, self._map, scan, ranges, guess, deviation, self.settings, blind == 0.0)
+        deviation = np.minimum(self.motion.deviation(moved) + blind, WIDEST)
+        step = Step(last, moved, deviation, self._moved, blind == 0.0)
+        return track(self.keyframes, self._map, scan, ranges, step, self.motion, self.settings)
+
+    def _seen(self, match: Match, heading: float) -> np.ndarray:
+        """(3,) variances of what a scan shows of its pose, along and across a ``heading`` and of the turn."""
+        c, h = covariance(match), np.array([np.cos(heading), np.sin(heading)])
+        along = float(h @ c[:2, :2] @ h)
+        return np.array([along, c[0, 0] + c[1, 1] - along, c[2, 2]])
 
     def _fits(self, registered: tuple[Match, bool]) -> bool:
         """Whether much of a scan has been recognised."""
@@ -186,9 +232,7 @@ class Lrgc:
 
     def _odometry_link(self, k: int, sure: bool) -> Links:
         """What raw odometry says of the way from the keyframe before: next to nothing if the scans contradict it."""
-        deviation = motion_deviation(self._since, self.settings.odometry_noise) + (
-            0.0 if self.has_odometry else self.settings.blind
-        )
+        deviation = self.motion.deviation(self._since) + (0.0 if self.has_odometry else self.settings.blind)
         information = np.diag(deviation**-2.0) if sure else np.eye(3)
         return Links(
             np.array([k - 1]),
@@ -249,6 +293,8 @@ class Lrgc:
 
     def finish(self) -> np.ndarray:
         """(N, 3) map_from_laser of all scans, after the final optimisation."""
+        while self._lost:
+            self._give_up()
         if len(self.keyframes) > 1:
             self.keyframes.poses[:] = optimise(self.keyframes.poses, self._graph())
             while self.parts.many() and (found := self.parts.seek_all()) is not None and self._rejoin(found):
