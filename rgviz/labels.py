@@ -10,7 +10,7 @@ from rgviz.layers import Artist
 
 
 def labels(map_: RGMap, artist: Artist) -> list[dict[str, Any]]:
-    """One a region, gateway and object.
+    """One a region, gateway, object and note.
 
     ``weight`` orders them (the heavier one gets the room), ``room`` is the metres that they may fill, ``least`` the
     pixels that those metres must be on the screen.
@@ -43,6 +43,11 @@ def labels(map_: RGMap, artist: Artist) -> list[dict[str, Any]]:
         out.append(
             _label("object", o.id, o.label or o.id, o.center[0], o.center[1], room=max(o.size[:2]), least=36)
             | {"color": theme.css((130, 60, 100)), "note": "", "weight": 10.0}
+        )
+    for n in map_.notes.values():
+        out.append(
+            _label("note", n.id, n.text, *n.place, room=1.0, least=24)
+            | {"color": theme.css((110, 80, 0)), "note": "", "weight": 50.0}
         )
     return out
 

@@ -203,6 +203,11 @@ def _objects(map_: RGMap, _: Artist) -> Drawings:
     }
 
 
+def _notes(map_: RGMap, _: Artist) -> Drawings:
+    places = np.array([n.place for n in map_.notes.values()]).reshape(-1, 2)
+    return {"notes": Dots(_at(places, theme.Z_MARK), theme.NOTE, 0.16, "diamond")}
+
+
 def _nothing(_: RGMap, __: Artist) -> Drawings:
     return {}
 
@@ -223,6 +228,7 @@ LAYERS: tuple[Layer, ...] = (
         hint="posts, crossing-points, gateway-points",
     ),
     Layer("/objects", "Objects", {"objects": ("center", "size", "yaw")}, _objects),
+    Layer("/notes", "Notes", {"notes": ("place",)}, _notes),
     Layer("/points", "Points", {}, _points),
     Layer("/trajectory", "Trajectory", {}, _trajectory, shown=False),
     Layer("/boxes", "Boxes", {"regions": ("box",)}, _boxes, shown=False, hint="all possible robot positions"),

@@ -36,8 +36,8 @@ def angle_histogram(ends: np.ndarray, axes: Sequence[float]) -> str:
     wide = (WIDTH - _LEFT - _RIGHT) / BINS
     high = HEIGHT - _TOP - _BOTTOM
     bars = "".join(
-        f'<rect class="bar" x="{_LEFT + i * wide:.1f}" y="{_TOP + high * (1 - m / most):.1f}" width="{wide - 1:.1f}" '
-        f'height="{high * m / most:.1f}"><title>{180 * i / BINS:.0f}°: {m:.1f} m</title></rect>'
+        f'<rect class="column" x="{_LEFT + i * wide:.1f}" y="{_TOP + high * (1 - m / most):.1f}" '
+        f'width="{wide - 1:.1f}" height="{high * m / most:.1f}"><title>{180 * i / BINS:.0f}°: {m:.1f} m</title></rect>'
         for i, m in enumerate(metres)
         if m > 0
     )
@@ -64,7 +64,7 @@ def trade_off(curve: Curve) -> str:
     front = _front(x, y)
     path = " ".join(f"{px[i]:.1f},{py[i]:.1f}" for i in front)
     dots = "".join(
-        f'<circle class="{"chosen" if i == curve.chosen else "dot"}" cx="{px[i]:.1f}" cy="{py[i]:.1f}" '
+        f'<circle class="{"chosen" if i == curve.chosen else "tried"}" cx="{px[i]:.1f}" cy="{py[i]:.1f}" '
         f'r="{4.5 if i == curve.chosen else 2.2}"><title>{x[i]:.0f} lines, {y[i]:.1f} cm</title></circle>'
         for i in sorted(range(len(x)), key=lambda i: i == curve.chosen)
     )

@@ -8,7 +8,7 @@ import threading
 from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
-from rgcore.errors import RgError
+from rgcore.errors import EditError, RgError
 from rgcore.model.edits import Edit
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
@@ -52,6 +52,24 @@ class Session:
 
     def redo(self, by: str | None = None) -> None:
         self._step(lambda: self.project.redo(by))
+
+    def back_to(self, number: int, by: str | None = None) -> None:
+        """The map after ``number`` edits of the history, those that were undone counted on: one step for who looks on.
+
+        Raises EditError if there are not so many, or if one of them cannot be made again; what went before stays.
+        """
+        self._step(lambda: self._walk(number, by))
+
+    def _walk(self, number: int, by: str | None) -> RGMap:
+        history = self.project.history
+        if not 0 <= number <= len(history.done) + len(history.undone):
+            raise EditError("there is no such edit in the history any more")
+        while (stands := len(self.project.history.done)) != number:
+            if stands > number:
+                self.project.undo(by)
+            else:
+                self.project.redo(by)
+        return self.project.map
 
     def _step(self, step: Callable[[], RGMap]) -> None:
         with self._lock:

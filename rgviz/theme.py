@@ -22,9 +22,10 @@ BOX: RGB = (110, 110, 125)
 AXIS: RGB = (60, 60, 70)
 POST: RGB = (60, 20, 0)
 CROSSING: RGB = GATEWAY
-GATEWAY_POINT: RGB = (0, 60, 120)
+GATEWAY_POINT: RGB = (0, 50, 130)
+NOTE: RGB = (190, 140, 0)
 WALL: RGB = (206, 209, 214)
-SELECTION: RGB = (236, 0, 120)
+SELECTION: RGB = (240, 10, 130)
 
 FLOOR_OPACITY, CHOSEN_OPACITY = 0.30, 0.55
 """strength of the class colours on floors, and on those of selected regions"""
@@ -76,6 +77,17 @@ def over_white(color: RGB, opacity: float = FLOOR_OPACITY) -> RGB:
     """What a transparent floor of that colour looks like on the page: for swatches."""
     r, g, b = (round(255 - opacity * (255 - c)) for c in color)
     return r, g, b
+
+
+def dark(color: RGB) -> RGB:
+    """What a colour of the picture becomes in the dark look: the filter of ``static/rgviz.css``, ``invert(0.9)
+    hue-rotate(180deg)`` as the W3C's Filter Effects define them. Lightness turns over, hue stays."""
+    turned = 0.9 - 0.8 * np.asarray(color, float) / 255
+    r, g, b = np.clip(_HALF_TURN @ turned * 255, 0, 255).round().astype(int).tolist()
+    return r, g, b
+
+
+_HALF_TURN = np.array([[-0.574, 1.430, 0.144], [0.426, 0.430, 0.144], [0.426, 1.430, -0.856]])
 
 
 def region_colors(map_: RGMap, known: Mapping[str, RGB] | None = None) -> dict[str, RGB]:
