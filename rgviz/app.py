@@ -20,12 +20,16 @@ import viser
 from rgcore.config import Config
 from rgcore.errors import InputError, ProjectError
 from rgcore.exports.formats import FORMATS, archived
+from rgcore.model.doubt import work_list
+from rgcore.model.lint import lint
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 from rgcore.scans.bags import USUAL, Topics, is_bag
 from rgviz import facts, status, theme
 from rgviz.bridge import HEAD
+from rgviz.figures import Figures
 from rgviz.gate import File, Gate, hosts_for, link, new_token
+from rgviz.help import help_page
 from rgviz.jobs import Finished, MappingJob, Report
 from rgviz.labels import labels
 from rgviz.page import furnish
@@ -57,6 +61,11 @@ class App:
         self.picker = Latest(Picker)
         self.labels = Latest(lambda m: labels(m, self.scene.artist))
         self.legend = Latest(facts.legend)
+        self.findings = Latest(lint)
+        self.doubts = Latest(lambda m: work_list(m, self.findings(m)))
+        self.edit_titles = Latest(lambda m: self._edit_titles())
+        self.figures: Figures | None = None
+        self.gate.routes["/help"] = lambda _: File(help_page(static_folder()).encode(), "text/html; charset=utf-8")
         self.server = open_server(self.gate, host, port)
         self.scene = Scene(self.server)
         self.playback = Playback(self)
@@ -68,6 +77,11 @@ class App:
     def url(self) -> str:
         """The address to open; it carries the token."""
         return link(self.gate, self.host)
+
+    @property
+    def view_url(self) -> str:
+        """The address for those who may look and change nothing."""
+        return link(self.gate, self.host, "view")
 
     @property
     def map(self) -> RGMap:
@@ -161,6 +175,7 @@ class App:
     def show_session(self, session: Session) -> None:
         project = session.project
         self.session = session
+        self.figures = Figures(project)
         self.job = None
         self._name = project.name
         self.scene.show_evidence(np.asarray(project.points), np.asarray(project.trajectory.map_from_base)[:, :2])
@@ -221,6 +236,11 @@ class App:
         if view is not None:
             view.post(task, view)
 
+    def _edit_titles(self) -> dict[int, str]:
+        """The standing edits by their number in the journal."""
+        history = () if self.session is None else self.session.project.history.done
+        return {d.entry.number: d.title for d in history}
+
     def _export(self, ending: str, _query: dict[str, str]) -> File:
         """A download, on a worker thread of the server: the map of this moment is a value, so no edit disturbs it."""
         project = self.opened.project
@@ -259,7 +279,7 @@ def view(
             app.open_project(project)
         else:
             app.map_log(path, project, config, topics)
-        sys.stdout.write(f"{app.title}: open {app.url}\nCtrl+C stops it.\n")
+        sys.stdout.write(f"{app.title}: open {app.url}\nto look only: {app.view_url}\nCtrl+C stops it.\n")
         sys.stdout.flush()
         if open_browser:
             threading.Thread(target=webbrowser.open, args=(app.url,), daemon=True).start()

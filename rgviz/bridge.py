@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import msgspec
 import viser
 import viser._messages
 from msgspec import Meta
 
-HEAD = '<script src="/static/rgviz.js" defer></script>'
+HEAD = '<link rel="stylesheet" href="/static/rgviz.css">' + "".join(
+    f'<script src="/static/{name}.js" defer></script>' for name in ("rgviz", "gestures", "seeing")
+)
 """What the page must hold for the bridge to stand."""
 
 
@@ -27,7 +29,36 @@ class Revert(msgspec.Struct, frozen=True, tag="revert", tag_field="type"):
     field: Annotated[str, Meta(max_length=100)]
 
 
-FromBrowser = Commit | Revert
+Coordinate = Annotated[float, Meta(ge=-1e5, le=1e5)]
+
+
+class Pointer(msgspec.Struct, frozen=True, tag="pointer", tag_field="type"):
+    """The hand does something on the floor of the map: where [m], and what a pixel covers there [m]."""
+
+    kind: Literal["press", "move", "release"]
+    x: Coordinate
+    y: Coordinate
+    pixel: Annotated[float, Meta(gt=0, le=1e4)]
+    handle: Annotated[str, Meta(max_length=40)] | None = None
+    shift: bool = False
+    ctrl: bool = False
+
+
+class Answer(msgspec.Struct, frozen=True, tag="answer", tag_field="type"):
+    """What was typed where the map asked; None: Escape."""
+
+    question: int
+    value: Annotated[str, Meta(max_length=1000)] | None = None
+
+
+class Press(msgspec.Struct, frozen=True, tag="press", tag_field="type"):
+    """A button of our own HTML was pressed: what it does, and to what."""
+
+    do: Annotated[str, Meta(max_length=20)]
+    arg: Annotated[str, Meta(max_length=2000)] = ""
+
+
+FromBrowser = Commit | Revert | Pointer | Answer | Press
 
 
 class Bridge:

@@ -6,47 +6,74 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from html import escape
+from typing import Any
 
 import numpy as np
 
-from rgcore.model.records import Gateway, Line, MapObject, Provenance, Region, RGMap
-from rgviz import theme
-from rgviz.commands import COMMANDS, spoken
+from rgcore.model.records import Gateway, Line, MapObject, Note, Provenance, Region, RGMap
+from rgviz import plots, theme
+from rgviz.figures import Figures
 from rgviz.picking import Item
 
 Row = tuple[str, str]
 """A label and HTML."""
+EDITS = 5
+"""of an item that are named, the last ones"""
 
 
-def item(map_: RGMap, i: Item) -> str:
-    """The facts of one item."""
-    if i.kind == "region":
-        return region(map_, map_.regions[i.id])
-    if i.kind == "gateway":
-        return gateway(map_, map_.gateways[i.id])
-    if i.kind == "line":
-        return line(map_, map_.lines[i.id])
-    return object_(map_, map_.objects[i.id])
+def item(map_: RGMap, i: Item, figures: Figures | None = None, titles: Mapping[int, str] | None = None) -> str:
+    """The facts of one item; ``figures`` add what the evidence of the run says, ``titles`` name edits by number."""
+    if i.kind == "note":
+        return note(map_, map_.notes[i.id])
+    tables: dict[str, Any] = {"region": region, "gateway": gateway, "line": line, "object": object_}
+    told, thing = tables[i.kind](map_, i.id, figures)
+    return f"{told}{origin(thing.provenance, titles or {})}{noted(map_, i.id)}"
 
 
-def region(map_: RGMap, r: Region) -> str:
+def region(map_: RGMap, id_: str, figures: Figures | None = None) -> tuple[str, Region]:
+    r = map_.regions[id_]
     along, across = r.box.size
     rows = [
         ("Area", f"{area(r):.1f} m²"),
         ("Robot box", f"{along:.2f} × {across:.2f} m, {degrees(r.box.yaw)}"),
         ("Main axes", ", ".join(degrees(a) for a in r.axes) or "none"),
         ("Accuracy", "not driven: no evidence" if r.accuracy is None else f"{100 * r.accuracy:.1f} cm"),
-        ("Scans inside", str(r.scans)),
-        ("Lines", str(len(map_.lines_of(r.id)))),
-        ("Gateways", ids(map_.gateways_of(r.id))),
-        ("Objects", ids(map_.objects_of(r.id))),
-        ("Made by", provenance(r.provenance)),
+        *_fit(figures, r),
+        ("Scans inside", f"{r.scans:,}"),
+        ("Lines", f"{len(map_.lines_of(id_)):,}"),
+        ("Gateways", ids(map_.gateways_of(id_))),
+        ("Objects", ids(map_.objects_of(id_))),
     ]
-    return heading("Region", r.id, r.name) + table(rows) + scores(r.class_scores)
+    return heading("Region", r.id, r.name) + table(rows) + scores(r.class_scores), r
 
 
-def gateway(map_: RGMap, g: Gateway) -> str:
+def region_plots(map_: RGMap, r: Region, figures: Figures | None) -> str:
+    """Where its lines point to, and what its parameters were chosen from."""
+    ends = np.array([(v.start, v.end) for v in map_.lines.values() if v.regions and v.regions[0] == r.id])
+    plot = _figure("Directions of its lines", plots.angle_histogram(ends.reshape(-1, 2, 2), r.axes))
+    curve = figures.curve(r.id) if figures is not None else None
+    if curve is not None:
+        plot += _figure("Lines against accuracy, as tried", plots.trade_off(curve))
+    return plot
+
+
+def _fit(figures: Figures | None, r: Region) -> list[Row]:
+    """Accuracy that a few wild readings do not sway, of the map as it stands."""
+    fit = figures.fit(r) if figures is not None else None
+    if fit is None or not fit.echoes:
+        return []
+    median = "none" if math.isnan(fit.median) else f"{100 * fit.median:.1f} cm"
+    return [
+        ("Median error", f'{median} <span class="muted">of {fit.echoes:,} readings</span>'),
+        ("Within 10 cm", f"{100 * fit.within_10:.0f} %"),
+        ("Not predicted", f"{100 * fit.missed:.0f} %"),
+    ]
+
+
+def gateway(map_: RGMap, id_: str, _: Figures | None = None) -> tuple[str, Gateway]:
+    g = map_.gateways[id_]
     rows = [
+        ("Class", class_title(g.class_)),
         ("Between", " and ".join(named(map_, r) for r in g.regions) or "none"),
         ("Width", f"{g.width:.2f} m"),
         ("Confidence", f"{100 * g.confidence:.0f} %"),
@@ -55,26 +82,28 @@ def gateway(map_: RGMap, g: Gateway) -> str:
         ("Crossing-points", points(g.crossing_points)),
         ("Gateway-points", points(g.gateway_points)),
         ("Posts", points(g.posts)),
-        ("Made by", provenance(g.provenance)),
     ]
-    return heading("Gateway", g.id, g.name) + table(rows)
+    return heading("Gateway", g.id, g.name) + table(rows), g
 
 
-def line(map_: RGMap, v: Line) -> str:
+def line(map_: RGMap, id_: str, figures: Figures | None = None) -> tuple[str, Line]:
+    v = map_.lines[id_]
     (x0, y0), (x1, y1) = v.start, v.end
+    scans = figures.scans_of(v) if figures is not None else None
     rows = [
         ("Length", f"{math.hypot(x1 - x0, y1 - y0):.2f} m"),
-        ("Heading", degrees(math.atan2(y1 - y0, x1 - x0))),
-        ("Support", f"{v.support} segments"),
+        ("Heading", f"{math.degrees(math.atan2(y1 - y0, x1 - x0)):.1f}°"),
+        ("Support", f"{v.support:,} segments" + (f" of {scans:,} scans" if scans else "")),
         ("Residual", "unknown" if v.residual is None else f"{1000 * v.residual:.1f} mm"),
         ("Region", ", ".join(named(map_, r) for r in v.regions) or "none"),
+        ("Kind", "clutter: a thing, no wall" if v.clutter else "wall"),
         ("Start, end", points((v.start, v.end))),
-        ("Made by", provenance(v.provenance)),
     ]
-    return heading("Line", v.id) + table(rows)
+    return heading("Line", v.id) + table(rows), v
 
 
-def object_(map_: RGMap, o: MapObject) -> str:
+def object_(map_: RGMap, id_: str, _: Figures | None = None) -> tuple[str, MapObject]:
+    o = map_.objects[id_]
     rows = [
         ("Size", " × ".join(f"{s:.2f}" for s in o.size) + " m"),
         ("Centre", f"({', '.join(f'{c:.2f}' for c in o.center)}) m"),
@@ -82,9 +111,35 @@ def object_(map_: RGMap, o: MapObject) -> str:
         ("Region", named(map_, o.region) if o.region else "none"),
         ("Lines", f"{sum(i in map_.lines for i in o.lines)} of {len(o.lines)}"),
         ("Confidence", f"{100 * o.confidence:.0f} %"),
-        ("Made by", provenance(o.provenance)),
     ]
-    return heading("Object", o.id, o.label) + table(rows)
+    return heading("Object", o.id, o.label) + table(rows), o
+
+
+def note(map_: RGMap, n: Note) -> str:
+    rows = [
+        ("About", escape(n.item) if n.item else "a place"),
+        ("At", points((n.place,))),
+        ("By", escape(n.provenance.by or "somebody")),
+        ("When", when(n.provenance.at) or "unknown"),
+    ]
+    return heading("Note", n.id) + wrap(f"<p>{escape(n.text)}</p>") + table(rows)
+
+
+def origin(p: Provenance, titles: Mapping[int, str]) -> str:
+    """Who made an item, when, by which edits, and whether somebody has found it right."""
+    rows = [("Made by", provenance(p))]
+    told = [f"<li>{escape(titles.get(n, f'edit {n}'))}</li>" for n in p.edits[-EDITS:]]
+    if told:
+        more = f"<li>and {len(p.edits) - EDITS} before</li>" if len(p.edits) > EDITS else ""
+        rows.append(("Edits", f"<ul>{''.join(reversed(told))}{more}</ul>"))
+    state = f'<span class="tick">✓ confirmed</span> by {escape(p.by or "somebody")}' if p.confirmed else "to check"
+    return table([*rows, ("Review", state)])
+
+
+def noted(map_: RGMap, id_: str) -> str:
+    """The notes on an item."""
+    texts = [n.text for n in map_.notes.values() if n.item == id_]
+    return wrap("".join(f'<div class="note">{escape(t)}</div>' for t in texts)) if texts else ""
 
 
 def many(map_: RGMap, items: tuple[Item, ...]) -> str:
@@ -99,7 +154,7 @@ def many(map_: RGMap, items: tuple[Item, ...]) -> str:
     return heading(f"{len(items)} {kind}s") + table(rows)
 
 
-def overview(map_: RGMap, title: str) -> str:
+def overview(map_: RGMap, title: str, figures: Figures | None = None) -> str:
     """The facts of the whole map, shown while nothing is selected."""
     s = map_.stats
     reduction = f"{s.segments / len(map_.lines):.1f} segments a line" if map_.lines and s.segments else "unknown"
@@ -114,8 +169,11 @@ def overview(map_: RGMap, title: str) -> str:
         ("Reduction", reduction),
         ("Accuracy", accuracy),
     ]
-    hint = "<p>Click a region, a gateway, a line or an object to see and change it. Shift+click selects more lines.</p>"
-    return wrap(f'<div class="rg-h">{escape(title)}</div>{_table(rows)}<div class="muted">{hint}</div>')
+    hint = "<p>Click a region, a gateway, a line or an object to see and change it. Shift+click selects more.</p>"
+    curve = figures.map_curve() if figures is not None else None
+    plot = _figure("Lines against accuracy, as tried", plots.trade_off(curve)) if curve is not None else ""
+    keys = '<p class="muted"><kbd>?</kbd> shows all keys.</p>'
+    return wrap(f'<div class="rg-h">{escape(title)}</div>{_table(rows)}<div class="muted">{hint}</div>{keys}') + plot
 
 
 def legend(map_: RGMap) -> str:
@@ -133,13 +191,17 @@ def legend(map_: RGMap) -> str:
     marks = ((theme.POST, "post"), (theme.CROSSING, "crossing-point"), (theme.GATEWAY_POINT, "gateway-point"))
     if map_.gateways:
         out += "".join(_swatch(theme.css(color), theme.css(color), text, None, text) for color, text in marks)
+    if map_.notes:
+        color = theme.css(theme.NOTE)
+        out += _swatch(color, color, "note", len(map_.notes), "note-mark")
     return wrap(f"<table>{out}</table>")
 
 
-def keys() -> str:
-    """The keys of all commands."""
-    rows = [(f"<kbd>{escape(spoken(c.keys[0]))}</kbd>", escape(c.title)) for c in COMMANDS if c.keys]
-    return wrap("<table>" + "".join(f"<tr><td>{k}</td><td>{t}</td></tr>" for k, t in rows) + "</table>")
+def guest() -> str:
+    """Why there is nothing to press."""
+    return wrap(
+        '<div class="rg-h">For looking</div><p class="muted">This link shows the map; edits need the other one.</p>'
+    )
 
 
 def downloads(name: str, endings: Mapping[str, str]) -> str:
@@ -177,9 +239,17 @@ def class_title(c: str) -> str:
 def provenance(p: Provenance) -> str:
     if p.source == "auto":
         return "the mapper"
-    who = "a person" if p.source == "human" else "the mapper, edited"
-    when = f' <span class="muted">{escape(p.at.replace("T", " ").replace("Z", " UTC"))}</span>' if p.at else ""
-    return f"{who}{when}"
+    who = ("a person" if p.source == "human" else "the mapper, edited") + (f" by {escape(p.by)}" if p.by else "")
+    return f'{who} <span class="muted">{when(p.at)}</span>' if p.at else who
+
+
+def when(at: str | None) -> str:
+    """A time of the journal, as HTML: ``2026-01-31 12:00 UTC``."""
+    return escape((at or "").replace("T", " ").replace("Z", " UTC").replace(":00 UTC", " UTC"))
+
+
+def _figure(title: str, svg: str) -> str:
+    return wrap(f'<figure><figcaption class="muted">{escape(title)}</figcaption>{svg}</figure>') if svg else ""
 
 
 def heading(kind: str, id_: str = "", name: str = "") -> str:

@@ -9,6 +9,9 @@ from rgviz import theme
 from rgviz.layers import BOX_EDGES, Artist, Drawings, Faces, Strokes, node_name, object_corners
 from rgviz.picking import Item
 
+AROUND = 0.35
+"""m: how far from its place a selected note is marked"""
+
 
 def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
     """Outlines and lines of the selected items; selected floors are twice as strong."""
@@ -23,6 +26,10 @@ def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
             strokes.append(_raised(np.array([map_.gateways[i.id].posts])))
         elif i.kind == "line":
             strokes.append(_raised(np.array([[map_.lines[i.id].start, map_.lines[i.id].end]])))
+        elif i.kind == "note":
+            x, y = map_.notes[i.id].place
+            corners = np.array([(x + dx * AROUND, y + dy * AROUND) for dx, dy in ((1, 0), (0, 1), (-1, 0), (0, -1))])
+            strokes.append(_raised(np.stack([corners, np.roll(corners, -1, 0)], 1)))
         else:
             strokes.append(object_corners(map_.objects[i.id])[BOX_EDGES])
     out: Drawings = {}

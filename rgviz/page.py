@@ -8,7 +8,7 @@ import viser
 from viser.theme import TitlebarConfig
 
 from rgviz import theme
-from rgviz.commands import COMMANDS, Command, split_key
+from rgviz.commands import COMMANDS, HELP_KEY, Command, split_key
 
 if TYPE_CHECKING:
     from rgviz.app import App
@@ -19,15 +19,14 @@ def furnish(app: App) -> None:
     _look(app.server)
     for command in COMMANDS:
         for key in command.keys or (None,):
-            _register(app, command, key)
+            _register(app, command, None if key == HELP_KEY else key)
 
     @app.server.scene.on_click()  # type: ignore[arg-type]
     async def _(event: Any) -> None:
         app.ask(event.client_id, lambda view: view.click(event))
 
-    @app.server.scene.on_click(modifier="shift")  # type: ignore[arg-type]
-    async def _(event: Any) -> None:
-        app.ask(event.client_id, lambda view: view.click(event, add=True))
+    for modifier in ("shift", "cmd/ctrl"):
+        _let_choose(app, modifier)
 
     @app.server.on_client_connect
     async def _(client: viser.ClientHandle) -> None:
@@ -38,17 +37,28 @@ def furnish(app: App) -> None:
         app.worker.post(app.leave, client)
 
 
-def _look(server: viser.ViserServer) -> None:
+def dress(gui: viser.GuiApi, dark: bool = False) -> None:
+    """Title bar and colours of viser's own widgets, for all browsers or one."""
     titlebar: TitlebarConfig = {
-        "image": {"image_url_light": "/static/logo.svg", "image_url_dark": None, "image_alt": theme.NAME, "href": None},
-        "buttons": ({"text": "Help", "icon": "Description", "href": "/static/help.html"},),
+        "image": {
+            "image_url_light": "/static/logo.svg",
+            "image_url_dark": "/static/logo-dark.svg",
+            "image_alt": theme.NAME,
+            "href": None,
+        },
+        "buttons": ({"text": "Help", "icon": "Description", "href": "/help"},),
     }
-    server.gui.configure_theme(
+    gui.configure_theme(
         titlebar_content=titlebar,
+        dark_mode=dark,
         show_logo=False,
         show_share_button=False,
         brand_color=theme.PAGE_BRAND,
     )
+
+
+def _look(server: viser.ViserServer) -> None:
+    dress(server.gui)
     server.gui.set_panel_label("Edit")
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(330)
@@ -64,3 +74,18 @@ def _register(app: App, command: Command, key: str | None) -> None:
     @entry.on_trigger
     async def _(event: Any) -> None:
         app.ask(event.client_id, command.run)
+
+
+def _let_choose(app: App, modifier: str) -> None:
+    """Clicks and rectangles with a key held: Shift adds, Ctrl takes away."""
+    scene: Any = app.server.scene
+
+    @scene.on_click(modifier=modifier)
+    async def _(event: Any) -> None:
+        app.ask(event.client_id, lambda view: view.click(event, add=True))
+
+    @scene.on_rect_select(modifier=modifier)
+    async def _(event: Any) -> None:
+        app.ask(
+            event.client_id, lambda view: view.select_within(event.screen_min, event.screen_max, modifier == "shift")
+        )

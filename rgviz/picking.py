@@ -6,6 +6,7 @@ is projected with the camera of the browser that clicked, and distances are meas
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -13,10 +14,18 @@ import numpy as np
 
 from rgcore.model.records import MapObject, RGMap
 
-Kind = Literal["region", "gateway", "line", "object"]
+Kind = Literal["region", "gateway", "line", "object", "note"]
+KINDS: dict[Kind, str] = {
+    "region": "regions",
+    "gateway": "gateways",
+    "line": "lines",
+    "object": "objects",
+    "note": "notes",
+}
+"""The table of the map that holds each kind."""
 
-LINE_REACH, GATEWAY_REACH = 7.0, 9.0
-"""px at which a line or a gateway still counts as hit"""
+LINE_REACH, GATEWAY_REACH, NOTE_REACH = 7.0, 9.0, 11.0
+"""px at which a line, a gateway or a note still counts as hit"""
 
 
 @dataclass(frozen=True, order=True)
@@ -75,34 +84,60 @@ class Picker:
         self.line_ends = _flat([[v.start, v.end] for v in map_.lines.values()])
         self.gateways = list(map_.gateways)
         self.gateway_ends = _flat([v.posts for v in map_.gateways.values()])
+        self.notes = list(map_.notes)
+        self.note_places = _flat([(v.place, v.place) for v in map_.notes.values()])
 
     def at(
-        self,
-        camera: Camera,
-        screen: tuple[float, float],
-        ray: tuple[np.ndarray, np.ndarray],
-        lines_first: bool = False,
+        self, camera: Camera, screen: tuple[float, float], ray: tuple[np.ndarray, np.ndarray], want: Kind | None = None
     ) -> Item | None:
-        """The item under the pointer: object before gateway before line before region; or a line before all.
+        """The item under the pointer: note, object, gateway, line or region, whichever comes first.
 
-        ``screen``: the pointer on the picture, (0, 0) top left to (1, 1); ``ray``: its origin and direction in the map.
+        ``screen``: the pointer on the picture, (0, 0) top left to (1, 1); ``ray``: its origin and direction in the map;
+        ``want``: only this kind counts.
         """
         origin, direction = (np.asarray(v, float) for v in ray)
         project = Projector(camera)
         pixel = np.asarray(screen) * project.middle * 2
-        line = _nearest(project(self.line_ends), pixel, LINE_REACH) if self.lines else None
-        if lines_first and line is not None:
-            return Item("line", self.lines[line])
-        if (hit := _first_box(self.map.objects, origin, direction)) is not None:
-            return Item("object", hit)
-        gateway = _nearest(project(self.gateway_ends), pixel, GATEWAY_REACH) if self.gateways else None
-        if gateway is not None:
-            return Item("gateway", self.gateways[gateway])
-        if line is not None:
-            return Item("line", self.lines[line])
+        finders: dict[Kind, Callable[[], str | None]] = {
+            "note": lambda: _nearest_of(self.notes, project(self.note_places), pixel, NOTE_REACH),
+            "object": lambda: _first_box(self.map.objects, origin, direction),
+            "gateway": lambda: _nearest_of(self.gateways, project(self.gateway_ends), pixel, GATEWAY_REACH),
+            "line": lambda: _nearest_of(self.lines, project(self.line_ends), pixel, LINE_REACH),
+            "region": lambda: self._region_under(origin, direction),
+        }
+        for kind, find in finders.items():
+            if want in (None, kind) and (id_ := find()) is not None:
+                return Item(kind, id_)
+        return None
+
+    def _region_under(self, origin: np.ndarray, direction: np.ndarray) -> str | None:
         ground = floor_point(origin, direction)
-        inside = region_at(self.map, ground) if ground is not None else None
-        return Item("region", inside) if inside is not None else None
+        return region_at(self.map, ground) if ground is not None else None
+
+    def within(self, camera: Camera, low: tuple[float, float], high: tuple[float, float]) -> tuple[Item, ...]:
+        """The items that lie wholly in a rectangle of the picture, kind by kind: lines first, regions last."""
+        project = Projector(camera)
+        scale = project.middle * 2
+        box = np.sort(np.array([low, high]) * scale, axis=0)
+        o = np.array([v.center for v in self.map.objects.values()]).reshape(-1, 1, 3)
+        lying: list[tuple[Kind, list[str], np.ndarray]] = [
+            ("line", self.lines, self.line_ends),
+            ("gateway", self.gateways, self.gateway_ends),
+            ("object", list(self.map.objects), o),
+            ("note", self.notes, self.note_places),
+        ]
+        found = [
+            Item(kind, id_)
+            for kind, ids, points in lying
+            for id_, yes in zip(ids, _inside_box(project(points), box), strict=True)
+            if yes
+        ]
+        for r in self.map.regions.values():
+            ring = np.zeros((1, len(r.boundary), 3))
+            ring[0, :, :2] = r.boundary
+            if _inside_box(project(ring), box)[0]:
+                found.append(Item("region", r.id))
+        return tuple(found)
 
 
 def floor_point(origin: np.ndarray, direction: np.ndarray) -> np.ndarray | None:
@@ -133,6 +168,22 @@ def _inside(ring: tuple[tuple[float, float], ...], point: np.ndarray) -> bool:
     p, q = a[across], b[across]
     x = p[:, 0] + (point[1] - p[:, 1]) * (q[:, 0] - p[:, 0]) / (q[:, 1] - p[:, 1])
     return bool((x > point[0]).sum() % 2)
+
+
+def line_near(map_: RGMap, point: tuple[float, float], reach: float) -> str | None:
+    """The line nearest to a place of the floor, if within ``reach`` [m]."""
+    ends = np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2, 2)
+    return _nearest_of(list(map_.lines), ends, np.asarray(point, float), reach)
+
+
+def _inside_box(points: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """(N,) whether all points (N, K, 2) [px] of each lie in the box; what is behind the camera does not."""
+    return ((points >= box[0]) & (points <= box[1])).all((1, 2))
+
+
+def _nearest_of(ids: list[str], ends: np.ndarray, pixel: np.ndarray, reach: float) -> str | None:
+    index = _nearest(ends, pixel, reach) if ids else None
+    return None if index is None else ids[index]
 
 
 def _nearest(ends: np.ndarray, pixel: np.ndarray, reach: float) -> int | None:

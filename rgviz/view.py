@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,30 +10,48 @@ import viser
 import viser._messages
 
 from rgcore.errors import EditError, RgError
-from rgcore.model.draft import object_from_lines
-from rgcore.model.edits import Edit
-from rgcore.model.records import MapObject, RGMap
-from rgviz import highlight, theme, tools
-from rgviz.bridge import Bridge, Commit, FromBrowser
+from rgcore.model.doubt import Doubt, next_after
+from rgcore.model.draft import note_on, place_of
+from rgcore.model.edits import Edit, WriteNote
+from rgcore.model.records import RGMap
+from rgviz import actions, gizmo, highlight, page, selecting, theme
+from rgviz.bridge import Answer, Bridge, Commit, FromBrowser, Pointer, Press
+from rgviz.hands import Hands
+from rgviz.help import sheet
 from rgviz.panels import Panels
-from rgviz.picking import Item
+from rgviz.picking import Item, Kind
 from rgviz.scene import FLAT_LIGHT, SOLID_LIGHT, Canvas
+from rgviz.selecting import Items
+from rgviz.server import may_edit
+from rgviz.session import Session
+from rgviz.tools.drawing import SplitTool
+from rgviz.tools.pointing import AssignTool, BoxTool, NoteTool
+from rgviz.tools.reshaping import ReshapeTool
+from rgviz.tools.tool import Question, Tool
 
 if TYPE_CHECKING:
     from rgviz.app import App
 
 
+AROUND = 2.5
+"""m that are shown around an item that one is led to"""
+
+
 class View:
     """One browser. All methods run on the editor's thread."""
 
+    hands: Hands
+    panels: Panels
+
     def __init__(self, app: App, client: viser.ClientHandle) -> None:
         self.app, self.client = app, client
-        self.selection: tuple[Item, ...] = ()
-        self.flat = True
+        self.guest = not may_edit(app.server, app.gate, client.client_id)
+        self.selection: Items = ()
+        self.flat, self.dark = True, False
         self._marks = Canvas(client.scene, "/selection")
         self._preview = Canvas(client.scene, "/preview")
-        self._gizmo: Any = None
-        self._held: MapObject | None = None
+        self._gizmo = gizmo.Gizmo(client.scene, lambda *how: self.post(self._drag, *how))
+        self.hands = Hands(self)
         self.bridge = Bridge(client, self._heard)
         self.show_title()
         self.panels = Panels(self)
@@ -43,6 +61,11 @@ class View:
     @property
     def map(self) -> RGMap:
         return self.app.map
+
+    @property
+    def read_only(self) -> bool:
+        """Whether this browser can change nothing: nobody here can, or it came by the link for looking."""
+        return self.guest or self.app.read_only
 
     # ---- asked for by the person ------------------------------------------------------------------
 
@@ -54,37 +77,75 @@ class View:
         self.client.add_notification("Not done", why, color="red", auto_close_seconds=8, with_close_button=True)
         self.panels.refresh()
 
+    def tell(self, title: str, text: str) -> None:
+        """Something that this person should know."""
+        self.client.add_notification(title, text, auto_close_seconds=8, with_close_button=True)
+
     def click(self, event: Any, add: bool = False) -> None:
-        """A click on the picture selects what lies under it; with ``add`` a line is added to the selection."""
-        ray = (np.asarray(event.ray_origin), np.asarray(event.ray_direction))
-        item = self.app.picker(self.map).at(self.client.camera, event.screen_pos, ray, lines_first=add)
+        """A click on the picture selects what lies under it; with ``add`` it is added to what is selected, or taken
+        away, and only its kind counts. Lines begin a selection of many where a region or nothing was selected."""
+        if self.hands.busy:
+            return
+        if add and self._kind in (None, "region"):
+            item = self._under(event, "line") or self._under(event, self._kind)
+        else:
+            item = self._under(event, self._kind if add else None)
         if item is not None:
-            self.select(tools.added(self.selection, item) if add else (item,))
+            self.select(selecting.toggled(self.selection, item) if add else (item,))
         elif not add:
             self.select(())
 
-    def select(self, items: tuple[Item, ...]) -> None:
-        self.selection = tools.still_there(self.map, items)
+    def select_within(self, low: tuple[float, float], high: tuple[float, float], add: bool) -> None:
+        """A rectangle drawn on the picture, by its corners from (0, 0) to (1, 1): what lies in it is added or taken."""
+        if self.hands.busy:
+            return
+        items = self.app.picker(self.map).within(self.client.camera, low, high)
+        items = tuple(i for i in items if self._kind in (None, i.kind))
+        self.select(selecting.added(self.selection, items) if add else selecting.without(self.selection, items))
+
+    def select(self, items: Items) -> None:
+        self.selection = selecting.still_there(self.map, items)
         self.panels.show_selection()
         self.client.flush()  # the words need no frame of the picture: let them go ahead
         self._draw_selection()
+        self.hands.selected(self.selection)
+
+    def select_ids(self, ids: Iterable[str]) -> None:
+        """What a search or a list names: those of the kind that most of them are of."""
+        self.select(selecting.of_ids(self.map, ids))
+
+    def go_to(self, ids: Iterable[str], margin: float = 0.3) -> None:
+        """Select items by their ids and show them with what is around."""
+        self.select_ids(ids)
+        extent = selecting.extent_of(self.map, self.selection, margin, AROUND)
+        if extent is not None:
+            self.bridge.tell("fit", extent=extent.tolist())
 
     def do(self, edit: Edit) -> None:
-        self.app.opened.do(edit, by="browser")
+        self._session.do(edit, by="browser")
 
     def undo(self) -> None:
-        self.app.opened.undo(by="browser")
+        self._session.undo(by="browser")
 
     def redo(self) -> None:
-        self.app.opened.redo(by="browser")
+        self._session.redo(by="browser")
+
+    def back_to(self, number: int) -> None:
+        """The map after that many edits of the history: undoes, or makes again, what lies between."""
+        self._session.back_to(number, by="browser")
+
+    def act(self, action: Callable[[RGMap, Items], Edit]) -> Edit:
+        """Make the edit of an action on what is selected. Raises EditError if nothing is."""
+        edit = action(self.map, self._some("Select something first"))
+        self.do(edit)
+        return edit
 
     def relabel(self, class_: str) -> None:
         """Give every selected region or gateway this class."""
-        for item in self._some("Select a region first"):
-            self.do(tools.classify(item, class_))
+        self.act(lambda _, items: actions.relabel(items, class_))
 
     def rename(self, name: str) -> None:
-        self.do(tools.rename(self._some("Select something first")[0], name))
+        self.act(lambda _, items: actions.rename(items[0], name))
 
     def edit_name(self) -> None:
         self._some("Select a region, gateway or object first")
@@ -92,26 +153,91 @@ class View:
 
     def make_object(self) -> None:
         """A box over the selected lines, selected afterwards."""
-        lines = [i.id for i in self.selection if i.kind == "line"]
-        if not lines:
-            raise EditError("Select the lines of the object first: click one, Shift+click the others.")
-        edit = object_from_lines(self.map, lines, self.panels.new_height)
+        edit = actions.box(self.map, self.selection, self.panels.new_height)
         self.do(edit)
-        self.select((Item("object", edit.id),))
+        self.select((Item("object", edit.id),))  # type: ignore[attr-defined]
 
     def delete(self) -> None:
-        for item in self._some("Select a gateway or an object first"):
-            self.do(tools.delete(item))
+        """The last point of a tool; else what is selected."""
+        if not self.hands.back():
+            self.act(actions.delete)
+
+    def merge(self) -> None:
+        first = self._some("Select two regions or more that lie side by side")[:1]
+        self.act(lambda _, items: actions.merge(items))
+        self.select(first)
+
+    def escape(self) -> None:
+        """What a tool has drawn goes, then the tool, then the selection."""
+        if not self.hands.cancel():
+            self.select(())
+
+    def take(self, tool: Tool) -> None:
+        if tool.edits:
+            self._session.project.must_write()
+        self.hands.take(tool)
+
+    def split(self, gateway: bool = False) -> None:
+        """A line across the selected region, or the one that it begins in."""
+        self.take(SplitTool(region=self._one if self._kind == "region" else None, gateway=gateway))
+
+    def draw_box(self) -> None:
+        """An object over what stands in a rectangle."""
+        self.take(BoxTool(height=self.panels.new_height))
+
+    def reshape(self) -> None:
+        regions = selecting.ids_of(self.selection, "region")
+        if len(regions) != 1:
+            raise EditError("Select one region first.")
+        self.take(ReshapeTool(regions[0]))
+
+    def assign(self) -> None:
+        self.take(AssignTool.for_(self.map, self.selection))
+
+    def write_note(self) -> None:
+        """On what is selected, or where one clicks; a selected note is written anew."""
+        if not self.selection:
+            self.take(NoteTool())
+            return
+        one = self.selection[0].id
+        at = place_of(self.map, one)
+        if one in self.map.notes:
+            asked = Question("Note", at, lambda _, text: WriteNote(note=one, text=text))
+            self.hands.ask(asked, self.map.notes[one].text)
+        else:
+            self.hands.ask(Question(f"Note on {one}", at, lambda m, text: note_on(m, text, one)))
+
+    def next_to_check(self, step: int = 1) -> None:
+        """Select and show the item of the work list after (or before) the selected one, and say what is doubted."""
+        doubts = self.app.doubts(self.map)
+        self._show_doubt(next_after(doubts if step > 0 else doubts[::-1], self._one))
+
+    def confirm(self) -> None:
+        """What is selected is right; from an item of the work list, go on to the next."""
+        doubts, one = self.app.doubts(self.map), self._one
+        following = next_after(doubts, one) if one in [d.item for d in doubts] else None
+        self.act(lambda _, items: actions.confirm(items))
+        if following is not None:
+            self._show_doubt(following if following.item != one else None)
+
+    def _show_doubt(self, doubt: Doubt | None) -> None:
+        left = [d.item for d in self.app.doubts(self.map)]
+        if doubt is None or doubt.item not in left:
+            self.bridge.tell("say", text="Nothing left to check.")
+            return
+        self.go_to([doubt.item])
+        number = left.index(doubt.item) + 1
+        self.bridge.tell("say", text=f"{number} of {len(left)} to check: {doubt.item} - {'; '.join(doubt.reasons)}")
 
     def resize(self, field: str, value: float) -> None:
         item = self._some("Select an object first")[0]
-        self.do(tools.move(tools.resized(self.map.objects[item.id], field, value)))
+        self.do(gizmo.move(gizmo.resized(self.map.objects[item.id], field, value)))
 
     def fit(self) -> None:
         self.bridge.tell("fit", extent=None)
 
     def fit_selection(self) -> None:
-        extent = tools.extent_of(self.map, self._some("Select something first"))
+        extent = selecting.extent_of(self.map, self._some("Select something first"))
         self.bridge.tell("fit", extent=None if extent is None else extent.tolist())
 
     def turn(self, flat: bool | None = None) -> None:
@@ -121,6 +247,21 @@ class View:
         self.panels.set_layer("/walls", not self.flat)
         self._show_node(FLAT_LIGHT, self.flat)
         self._show_node(SOLID_LIGHT, not self.flat)
+
+    def look_down(self) -> None:
+        """The whole map from above."""
+        self.turn(True)
+        self.fit()
+
+    def switch_look(self) -> None:
+        """Light or dark, in this browser alone."""
+        self.dark = not self.dark
+        page.dress(self.client.gui, self.dark)
+        self.bridge.tell("dark", on=self.dark)
+
+    def show_keys(self) -> None:
+        """The sheet of all commands, over the page."""
+        self.bridge.tell("cheat-sheet", html=sheet())
 
     def show_layer(self, name: str, shown: bool) -> None:
         """For this browser alone."""
@@ -133,10 +274,11 @@ class View:
 
     def map_changed(self) -> None:
         """The map is another one: let go of what is gone, show what is there."""
-        self.selection = tools.still_there(self.map, self.selection)
+        self.selection = selecting.still_there(self.map, self.selection)
         self.panels.refresh()
         self.client.flush()
         self._draw_selection()
+        self.hands.map_changed()
         self.tell_labels()
 
     def show_title(self) -> None:
@@ -150,6 +292,13 @@ class View:
 
     # ---- parts ------------------------------------------------------------------------------------
 
+    @property
+    def _session(self) -> Session:
+        """For edits. Raises EditError in a browser that came to look, whatever it sends."""
+        if self.guest:
+            raise EditError("This link is for looking. To correct the map, open the other link that rgviz printed.")
+        return self.app.opened
+
     def _some(self, why_not: str) -> tuple[Item, ...]:
         if not self.selection:
             raise EditError(f"{why_not}.")
@@ -160,61 +309,51 @@ class View:
         self.client._websock_connection.queue_message(message)
 
     def _heard(self, message: FromBrowser) -> None:
-        if isinstance(message, Commit):
+        if isinstance(message, Pointer):
+            self.hands.hear(message)
+        elif isinstance(message, Answer):
+            self.post(self.hands.answer, message)
+        elif isinstance(message, Press):
+            self.post(self.panels.press, message.do, message.arg)
+        elif isinstance(message, Commit):
             self.post(self.panels.commit, message.field, message.value)
         else:
             self.post(self.panels.refresh)
+
+    @property
+    def _one(self) -> str | None:
+        """The id of the only selected item."""
+        return self.selection[0].id if len(self.selection) == 1 else None
+
+    @property
+    def _kind(self) -> Kind | None:
+        """Of what is selected."""
+        return self.selection[0].kind if self.selection else None
+
+    def _under(self, event: Any, want: Kind | None = None) -> Item | None:
+        ray = (np.asarray(event.ray_origin), np.asarray(event.ray_direction))
+        return self.app.picker(self.map).at(self.client.camera, event.screen_pos, ray, want)
 
     def _draw_selection(self) -> None:
         with self.client.atomic():
             self._marks.draw(highlight.marks(self.map, self.selection, self.app.scene.artist))
             self._preview.clear()
-            self._hold()
+            one = self.selection[0] if len(self.selection) == 1 and not self.read_only else None
+            self._gizmo.hold(self.map.objects[one.id] if one is not None and one.kind == "object" else None)
         self.bridge.tell("selected", ids=[i.id for i in self.selection])
-
-    def _hold(self) -> None:
-        """A gizmo on the selected object, where it stands now."""
-        one = self.selection[0] if len(self.selection) == 1 else None
-        box = self.map.objects[one.id] if one is not None and one.kind == "object" else None
-        if box is None or self.app.read_only:
-            if self._gizmo is not None:
-                self._gizmo.remove()
-            self._gizmo = self._held = None
-            return
-        place = (box.center[0], box.center[1], box.center[2])
-        if self._gizmo is None or self._held is None or self._held.id != box.id:
-            if self._gizmo is not None:
-                self._gizmo.remove()
-            self._gizmo = self._add_gizmo(place, tools.quaternion(box.yaw))
-        elif self._held is not box:
-            self._gizmo.position, self._gizmo.wxyz = place, tools.quaternion(box.yaw)
-        self._held = box
-
-    def _add_gizmo(self, place: tuple[float, float, float], wxyz: tuple[float, float, float, float]) -> Any:
-        gizmo = self.client.scene.add_transform_controls(
-            "/gizmo", scale=70, fixed=True, line_width=3, active_axes=(True, True, False), depth_test=False,
-            position=place, wxyz=wxyz,
-        )  # fmt: skip
-
-        @gizmo.on_update
-        async def _(event: Any) -> None:
-            if event.client is not None:
-                self.post(self._drag, event.phase, tuple(event.target.position), tuple(event.target.wxyz))
-
-        return gizmo
 
     def _drag(self, phase: str, position: tuple[float, ...], wxyz: tuple[float, ...]) -> None:
         """The hand moves: the box is shown there. The hand lets go: one edit is made."""
-        if self._held is None:
+        if self._gizmo.box is None:
             return
-        box = tools.dragged(self._held, position, wxyz)
+        box = gizmo.dragged(self._gizmo.box, position, wxyz)
         if phase != "end":
             self._preview.draw(highlight.box(box))
             return
         try:
-            self.do(tools.move(box))
+            self.do(gizmo.move(box))
         except RgError:
-            self._held = None  # back to where it stands
+            self._gizmo.let_go()
             self._draw_selection()
             raise
         self._draw_selection()

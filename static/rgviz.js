@@ -5,7 +5,7 @@
   const FLAT_FOV = 5.73, SOLID_FOV = 45;          // degrees; flat = so narrow that nothing leans
   const TRUCK = 2, ROTATE = 1;                    // camera-controls actions
   const state = {
-    channel: null, mode: "2d", extent: null, fitted: null, labels: [], labelsShown: true, selected: new Set(), touched: false,
+    channel: null, mode: "2d", extent: null, fitted: null, labels: [], labelsShown: true, labelStrength: 1, selected: new Set(), touched: false,
     pointer: null, serial: 0, focus: null,
   };
   const viser = () => window.__viserMutable;
@@ -79,6 +79,7 @@
     v.scene.userData.rgviz = true;
     v.scene.onBeforeRender = (renderer, _scene, camera) => {
       renderer.toneMapping = 0;
+      for (const before of beforeRender) before();
       if (camera !== v.camera) return;
       const d = v.cameraControl.distance, flat = state.mode === "2d";
       const near = flat ? 0.5 * d : Math.max(0.02, 0.02 * d), far = flat ? 1.5 * d : 30 * d + 50;
@@ -93,11 +94,13 @@
     const ask = v.requestRender;
     let applying = false;
     v.requestRender = () => {
+      let words = false;                          // scripts alone draw nothing in the scene: no frame for them
       if (!applying && v.messageQueue.length && v.drainMessageQueue && v.getRenderRequestState === "ready") {
+        words = v.messageQueue.every((m) => m.type === "RunJavascriptMessage");
         applying = true;
         try { v.drainMessageQueue(); } finally { applying = false; }
       }
-      ask();
+      if (!words) ask();
     };
     new ResizeObserver(() => { if (!state.touched) fit(state.extent); }).observe(v.canvas);
     for (const kind of ["pointerdown", "wheel"]) v.canvas.addEventListener(kind, () => { state.touched = true; }, { passive: true, capture: true });
@@ -131,7 +134,10 @@
     g.setTransform(dpr, 0, 0, dpr, 0, 0);
     g.clearRect(0, 0, r.width, r.height);
     const project = projector(r);
+    g.globalAlpha = state.labelStrength;
     if (state.labelsShown) paintLabels(g, r, project);
+    g.globalAlpha = 1;
+    for (const draw of painters) draw(g, r, project);
     paintScale(g, r, project);
     paintNorth(g, r, project);
   }
@@ -246,6 +252,8 @@
   });
 
   // ---- from Python -------------------------------------------------------------------------------------------------------
+  const beforeRender = [];                        // what other scripts do before each frame of the scene
+  const painters = [];                            // what other scripts draw over the picture: (g, rectangle, project)
   const handlers = {
     hello: (m) => { state.channel = m.channel; },
     extent: (m) => { state.extent = m.extent; if (!state.touched) fit(m.extent); },
@@ -271,37 +279,8 @@
     paint();                                      // the overlay alone: a frame of the scene costs far more
   }
 
-  const style = document.createElement("style");
-  style.textContent = `
-    #webgl-software-rendering { display: none !important; }
-    .rg-h { font-weight: 650; font-size: 1.02em; margin: 0.1em 0 0.45em; overflow-wrap: anywhere; }
-    .rg-h small { color: #6a7078; font-weight: 450; margin-left: .4em; }
-    .rg { padding: 0 0.75em 0.5em; font-size: 0.875em; line-height: 1.5; color: #23262b; }
-    .rg table { border-collapse: collapse; width: 100%; }
-    .rg td { padding: 0.08em 0; vertical-align: top; overflow-wrap: anywhere; }
-    .rg td:first-child { color: #6a7078; padding-right: 0.8em; white-space: nowrap; width: 1%; }
-    .rg td.n { text-align: right; white-space: nowrap; width: 1%; font-variant-numeric: tabular-nums; }
-    .rg .bar { position: relative; height: 0.55em; background: #eceef1; border-radius: 3px; overflow: hidden; margin-top: .45em; }
-    .rg .bar i { position: absolute; inset: 0 auto 0 0; border-radius: 3px; }
-    .rg .swatch { display: inline-block; width: 0.95em; height: 0.95em; border-radius: 3px; vertical-align: -0.12em; margin-right: .55em; box-sizing: border-box; border: 1.5px solid; }
-    .rg .swatch.opening { height: .35em; vertical-align: .2em; }
-    .rg .swatch.post { width: .5em; height: .5em; border-radius: 0; vertical-align: .12em; margin: 0 .78em 0 .22em; }
-    .rg .swatch.crossing-point { width: .65em; height: .65em; border-radius: 50%; vertical-align: .05em; margin: 0 .7em 0 .15em; }
-    .rg .swatch.gateway-point { width: .55em; height: .55em; border-radius: 0; transform: rotate(45deg); vertical-align: .1em; margin: 0 .75em 0 .2em; }
-    .rg td.key { color: inherit !important; white-space: normal !important; width: auto !important; }
-    .rg td.wide { width: 99%; } .rg td.wide + td.n { padding-left: .6em; }
-    button.mantine-Button-root { font-weight: 550; border: 1px solid #ccd1d7; background: #fff; color: #23262b; }
-    button.mantine-Button-root:hover:not(:disabled) { background: #eef6fb; border-color: #0072b2; color: #004b76; }
-    button.mantine-Button-root:disabled { background: #f7f8fa; border-color: #e3e6ea; color: #9aa0a8; }
-    .rg .muted { color: #6a7078; }
-    .rg .error { color: #a61b1b; font-weight: 550; overflow-wrap: anywhere; }
-    .rg kbd { font: 0.85em ui-monospace, monospace; border: 1px solid #ccd1d7; border-bottom-width: 2px; border-radius: 4px; padding: 0 .35em; background: #f7f8fa; color: #23262b; }
-    .rg a.file { display: inline-block; margin: 0 .35em .35em 0; padding: .12em .7em; border: 1px solid #ccd1d7; border-radius: 5px; color: #0072b2; text-decoration: none; font-weight: 550; }
-    .rg a.file:hover { background: #eef6fb; border-color: #0072b2; }`;
-  document.head.appendChild(style);
-
   const inbox = window.rgInbox || [];
-  window.rg = { receive, state, send, fit };
+  window.rg = { receive, state, send, fit, handlers, painters, beforeRender, viser, ready, floorUnder, projector, pixelsPerMetre, paint, write, FONT };
   window.rgInbox = { push: receive };
   inbox.forEach(receive);
 })();

@@ -70,6 +70,12 @@ def test_provenance_in_words() -> None:
     assert facts.provenance(Provenance()) == "the mapper"
     assert "edited" in facts.provenance(Provenance(source="edited", at="2026-01-01T10:00:00Z"))
     assert facts.provenance(Provenance(source="human")) == "a person"
+    assert facts.provenance(Provenance(source="edited", by="Ada")) == "the mapper, edited by Ada"
+    told = Words(facts.origin(Provenance(source="edited", edits=(2, 7)), {7: "rename r4 to lab"})).text
+    assert "rename r4 to lab" in told
+    assert "edit 2" in told
+    assert "to check" in told
+    assert "confirmed" in facts.origin(Provenance(confirmed=True), {})
 
 
 def test_everything_foreign_is_escaped() -> None:
@@ -80,7 +86,7 @@ def test_everything_foreign_is_escaped() -> None:
     m = replace(m, source=replace(m.source, log=HOSTILE))
     kinds = (("region", "r4"), ("gateway", "g3"), ("object", "o2"), ("line", "l2"))
     pages = [facts.item(m, Item(k, i)) for k, i in kinds]  # type: ignore[arg-type]
-    pages += [facts.overview(m, HOSTILE), facts.legend(m), facts.downloads(HOSTILE, {".json": HOSTILE}), facts.keys()]
+    pages += [facts.overview(m, HOSTILE), facts.legend(m), facts.downloads(HOSTILE, {".json": HOSTILE})]
     pages += [status.failed(HOSTILE), status.waiting(HOSTILE, status.Pace())]
     for page in pages:
         assert "img" not in Words(page).tags

@@ -202,8 +202,8 @@ def test_few_nodes_for_a_large_map() -> None:
 
 
 def test_selection_lets_go_with_the_gateway() -> None:
-    from rgviz import tools
+    from rgviz import selecting
 
     gone = DeleteGateway(gateway="g2").apply(MAP)
     items = (Item("gateway", "g2"), Item("gateway", "g3"))
-    assert tools.still_there(gone, items) == (Item("gateway", "g3"),)
+    assert selecting.still_there(gone, items) == (Item("gateway", "g3"),)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from office_map import big_office, office_map
 
 from rgcore.model.records import RGMap, replace
-from rgviz.picking import Item, Picker, Projector, region_at
+from rgviz.picking import Item, Kind, Picker, Projector, region_at
 
 DOWN = (0.0, 1.0, 0.0, 0.0)
 """wxyz of a camera that looks straight down with the map's +y up on the screen"""
@@ -24,11 +24,11 @@ def above(x: float, y: float, metres: float = 20.0, fov: float = 0.1) -> SimpleN
     return SimpleNamespace(wxyz=np.array(DOWN), position=position, fov=fov, image_width=1000, image_height=800)
 
 
-def click(picker: Picker, x: float, y: float, lines_first: bool = False, metres: float = 20.0) -> Item | None:
+def click(picker: Picker, x: float, y: float, want: Kind | None = None, metres: float = 20.0) -> Item | None:
     camera = above(8.0, 6.0, metres)
     pixel = Projector(camera)(np.array([x, y, 0.0]))
     ray = camera.position, np.array([x, y, 0.0]) - camera.position
-    return picker.at(camera, tuple(pixel / (1000, 800)), ray, lines_first)
+    return picker.at(camera, tuple(pixel / (1000, 800)), ray, want)
 
 
 @pytest.fixture(scope="module")
@@ -48,10 +48,11 @@ def test_each_kind_is_found(picker: Picker) -> None:
 def test_what_is_small_wins_and_lines_win_when_asked(picker: Picker) -> None:
     edge = (4.7, 0.4)  # on the cabinet's front: object and line at once
     assert click(picker, *edge).kind == "object"  # type: ignore[union-attr]
-    line = click(picker, *edge, lines_first=True)
+    line = click(picker, *edge, want="line")
     assert line is not None
     assert line.kind == "line"
-    assert click(picker, 5.5, 3.5, lines_first=True) == Item("region", "r4")
+    assert click(picker, 5.5, 3.5, want="line") is None
+    assert click(picker, *edge, want="region") == Item("region", "r4")
 
 
 def test_reach_is_in_pixels(picker: Picker) -> None:

@@ -1,0 +1,64 @@
+"""The tab of the history: every edit by its name, who made it and when; back to any of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from html import escape
+
+from rgcore.errors import EditError
+from rgcore.model.history import Done, History
+from rgviz import facts
+from rgviz.panels.parts import press
+from rgviz.panels.tab import Doer, Tab
+
+MOST = 100
+"""edits that are listed; older ones are reached by going back"""
+
+
+class HistoryTab(Tab):
+    title = "History"
+
+    @property
+    def doers(self) -> Mapping[str, Doer]:
+        return {"back": self._back}
+
+    def build(self) -> None:
+        self.parts.html(self._list)
+
+    def _list(self) -> str:
+        session = self.view.app.session
+        if session is None:
+            return facts.wrap('<p class="muted">The map is being made.</p>')
+        return edits(session.project.history, not self.view.read_only)
+
+    def _back(self, number: str) -> None:
+        """To the map after the edit of that number in the history, counted from 1; 0: as the mapper made it."""
+        if not number.isdigit():
+            raise EditError("there is no such edit")
+        self.view.back_to(int(number))
+
+
+def edits(history: History, editable: bool) -> str:
+    """What can be made again, then what stands, the newest first, then the map as it was made."""
+    stands = len(history.done)
+    undone = [(stands + 1 + n, d) for n, d in enumerate(reversed(history.undone))]
+    done = [(n + 1, d) for n, d in enumerate(history.done)]
+    rows = "".join(_row(n, d, "undone", "make it again, and all before", editable) for n, d in reversed(undone[:MOST]))
+    for n, d in reversed(done[-MOST:]):
+        rows += _row(n, d, "now" if n == stands else "", "undo all that came after", editable and n != stands)
+    if len(done) > MOST:
+        rows += f'<p class="muted">and {len(done) - MOST:,} older ones</p>'
+    start = "The map as the mapper made it"
+    if editable and stands:
+        rows += press("back", "0", f"<b>{start}</b><small>undo everything; it can be made again</small>", "row")
+    else:
+        rows += f'<div class="row {"" if stands else "now"}"><b>{start}</b></div>'
+    return facts.wrap(rows)
+
+
+def _row(number: int, done: Done, kind: str, hint: str, active: bool) -> str:
+    who = f"{done.entry.by or 'somebody'} · {facts.when(done.entry.at)}"
+    face = f"<b>{escape(done.title)}</b><small>{escape(who)}</small>"
+    if not active:
+        return f'<div class="row {kind}">{face}</div>'
+    return press("back", str(number), face, f"row {kind}", hint)
