@@ -251,7 +251,8 @@ class Playback:
         if changed or player.at != self._drawn[0]:
             self._drawn = (player.at, self._drawn[1])
             if player.at >= 0:
-                self.stage.show(player.tape, player.at, self._shown)
+                width = 0.0 if self._extent is None else float(np.ptp(self._extent, axis=0).max())
+                self.stage.show(player.tape, player.at, self._shown, width)
                 self._look()
         self.refresh()
 

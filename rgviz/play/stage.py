@@ -19,8 +19,8 @@ from rgviz.scene import Canvas, Scene
 
 ECHO: theme.RGB = (206, 46, 62)
 RIM: theme.RGB = (255, 255, 255)
-SMALLEST, SHARE = 0.3, 0.018
-"""radius of the robot's mark: so many metres at least, and so much of the map's size, so that it is found"""
+SMALLEST, SHARE = 0.3, 0.015
+"""radius of the robot's mark: so many metres at least, and so much of what is seen at once, so that it is found"""
 Z_ROBOT = 0.09
 """m, above all layers; the parts of the mark lie a little higher each"""
 HERE_WIDTH = 3.0
@@ -37,13 +37,15 @@ class Stage:
         self._robot: Any = None
         self._radius = 0.0
 
-    def show(self, tape: Tape, scan: int, picture: Picture | None) -> None:
-        """Robot, echoes, way and region of a scan; ``picture`` is the one that is on show, not later than it."""
+    def show(self, tape: Tape, scan: int, picture: Picture | None, width: float) -> None:
+        """Robot, echoes, way and region of a scan; ``picture`` is the one that is on show, not later than it.
+
+        ``width`` [m] of what browsers see at once as long as nobody zooms.
+        """
         pose = tape.pose(scan)
-        low, high = self.scene.extent
         with self.scene.server.atomic():
             self._canvas.draw(_drawings(tape, scan, picture))
-            self._mark(max(SMALLEST, SHARE * float((high - low).max())))
+            self._mark(max(SMALLEST, SHARE * width))
             self._robot.position = (pose[0], pose[1], Z_ROBOT)
             self._robot.wxyz = (np.cos(pose[2] / 2), 0.0, 0.0, np.sin(pose[2] / 2))
 
