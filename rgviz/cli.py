@@ -147,6 +147,18 @@ def _parser() -> argparse.ArgumentParser:
     c = command("find", _find, "items of a map by a search like 'class:TOMA accuracy>0.2 edited:yes'")
     c.add_argument("project", type=Path, metavar="PROJECT.rg")
     c.add_argument("search", metavar="SEARCH")
+    c = command("classes", _classes, "classes that people gave, and other regions that are like them")
+    c.add_argument("project", type=Path, metavar="PROJECT.rg")
+    c.add_argument("--learn", metavar="NAME", help="propose regions like those that a person classed NAME")
+    c.add_argument("--also", type=Path, action="append", default=[], metavar="OTHER.rg", help="learn from its too")
+    c.add_argument("--apply", action="store_true", help="make the proposals edits of the project")
+    c = command("diff", _diff, "what is different in map B: regions, gateways, walls, objects")
+    for name in "ab":
+        text = "a project, one of its runs (PROJECT.rg/runs/0001) or an exported map"
+        c.add_argument(name, type=Path, metavar=f"{name.upper()}.rg|RUN|{name.upper()}.json", help=text)
+    form = c.add_mutually_exclusive_group()
+    form.add_argument("--json", action="store_true", help="as JSON, with ids, places and colours")
+    form.add_argument("--markdown", action="store_true", help="as Markdown")
     c = command("simulate", _simulate, "drive a simulated robot through a floor plan")
     c.add_argument("plan", type=Path, metavar="PLAN", help="floor plan: JSON, or an image with --resolution")
     c.add_argument(
@@ -218,7 +230,7 @@ def _run(args: argparse.Namespace) -> None:
         project = map_into(path, log, config, watch)
     with project:
         _tell(args.log, project.trajectory.notes)
-        _report_conflicts(project)
+        _report_outcomes(project)
         _summary(project)
 
 
@@ -227,9 +239,18 @@ def _tell(log: Path, notes: Sequence[str]) -> None:
         print(f"{log}: {note}", file=sys.stderr)
 
 
-def _report_conflicts(project: Any) -> None:
-    for conflict in project.conflicts:
-        print(f"edit not carried over: {conflict}", file=sys.stderr)
+def _report_outcomes(project: Any) -> None:
+    """What became of the edits in the new run: how many, and each that a person should look at."""
+    for o in project.outcomes:
+        if o.kind == "shifted":
+            print(f"edit shifted: {o}", file=sys.stderr)
+    for o in project.conflicts:
+        remedies = ", ".join(r.name for r in o.remedies)
+        print(f"edit not carried over: {o}{f' ({remedies})' if remedies else ''}", file=sys.stderr)
+    if project.outcomes:
+        kinds = [o.kind for o in project.outcomes]
+        counts = [f"{kinds.count(k)} {k}" for k in ("applied", "shifted", "conflict", "stale") if k in kinds]
+        print(f"{project.path}: {len(kinds)} edits carried to run {project.run_name}: {', '.join(counts)}")
 
 
 def _summary(project: Any) -> None:
@@ -403,6 +424,59 @@ def _find(args: argparse.Namespace) -> None:
     with Project.open(args.project) as project:
         for id in find(project.map, args.search):
             print(id)
+
+
+def _classes(args: argparse.Namespace) -> None:
+    """Prints a proposal a line; without --apply nothing is changed."""
+    from rgcore.model.project import Project
+    from rgcore.model.similar import own_classes, propose
+
+    if args.apply and args.learn is None:
+        raise RgError("--apply: name the class whose proposals to make edits with --learn NAME")
+    others = []
+    for path in args.also:
+        with Project.open(path) as other:
+            others.append(other.map)
+    with Project.open(args.project) as project:
+        if args.learn is None:
+            for name, count in own_classes(project.map).items():
+                print(f"{name}: {count} regions")
+            return
+        found = propose(project.map, args.learn, others)
+        for p in found:
+            print(f"{p.region} ({project.map.regions[p.region].name}): {args.learn} with {100 * p.score:.0f} %")
+            if args.apply:
+                project.do(p.edit)
+    done = "classed" if args.apply else "proposed"
+    print(f"{args.project}: {len(found)} regions {done} as {args.learn}")
+
+
+def _diff(args: argparse.Namespace) -> None:
+    """Prints the differences; the exit code stays 0: a difference is no error."""
+    from rgcore.model.diff import diff, join
+    from rgcore.model.diff_text import as_json, as_markdown, as_text
+
+    (old, before), (new, after) = _compared(args.a), _compared(args.b)
+    found = diff(old, new, join(old, new, before, after))
+    form = as_json if args.json else as_markdown if args.markdown else as_text
+    print(form(found).rstrip())
+
+
+def _compared(path: Path) -> tuple[Any, Any]:
+    """The corrected map and the trajectory (None if unknown) of a project, a run of one, or an exported map."""
+    from rgcore.exports.rgjson import read_json
+    from rgcore.model import folder
+    from rgcore.model.rerun import read_run
+
+    if path.suffix == ".json" or path.is_file():
+        return read_json(path), None
+    if path.parent.name == "runs" and (path / "base.json").exists():
+        folder.check(path.parent.parent)
+    else:
+        folder.check(path)
+        path = path / "runs" / folder.current(path)
+    history, trajectory = read_run(path)
+    return history.map, trajectory
 
 
 def _info(args: argparse.Namespace) -> None:
