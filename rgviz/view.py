@@ -55,6 +55,7 @@ class View:
         self.bridge = Bridge(client, self._heard)
         self.show_title()
         self.panels = Panels(self)
+        self._labels: dict[tuple[str, str], dict[str, Any]] = {}
         self.show_extent()
         self.tell_labels()
 
@@ -288,7 +289,13 @@ class View:
         self.bridge.tell("extent", extent=self.app.scene.extent.tolist())
 
     def tell_labels(self) -> None:
-        self.bridge.tell("labels", labels=self.app.labels(self.map))
+        """Those that this browser does not have yet, and which ones are gone."""
+        now = {(v["kind"], v["id"]): v for v in self.app.labels(self.map)}
+        put = [v for k, v in now.items() if self._labels.get(k) != v]
+        gone = [":".join(k) for k in self._labels if k not in now]
+        self._labels = now
+        if put or gone:
+            self.bridge.tell("labels", put=put, gone=gone)
 
     # ---- parts ------------------------------------------------------------------------------------
 

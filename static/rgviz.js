@@ -257,7 +257,12 @@
   const handlers = {
     hello: (m) => { state.channel = m.channel; },
     extent: (m) => { state.extent = m.extent; if (!state.touched) fit(m.extent); },
-    labels: (m) => { state.labels = m.labels; },
+    labels: (m) => {
+      const key = (l) => `${l.kind}:${l.id}`, known = new Map(state.labels.map((l) => [key(l), l]));
+      for (const k of m.gone) known.delete(k);
+      for (const l of m.put) known.set(key(l), l);
+      state.labels = [...known.values()];
+    },
     "labels-shown": (m) => { state.labelsShown = m.shown; },
     selected: (m) => { state.selected = new Set(m.ids); },
     look: (m) => { const t = toThree(m.x, m.y, 0); state.touched = true; viser().cameraControl.moveTo(t.x, t.y, t.z, false); viser().requestRender(); },

@@ -3,7 +3,10 @@
 Two pages of one Chromium with software rendering, 1280 x 800, look at a synthetic office.
 
 * edit to other browser: from the key that relabels a region in one page to the pixels that show it in the other
+* first picture:         from asking for the page to the painted map, in a page of its own
 * click to inspector:    from the release of the mouse button to the facts standing in the panel
+* hand to preview:       from a move of the pointer that draws a cut to both halves of the room on the overlay
+* pick:                  CPU time of finding what lies under the pointer
 """
 
 from __future__ import annotations
@@ -17,11 +20,13 @@ from pathlib import Path
 for folder in ("browser", "rgviz"):
     sys.path.insert(0, str(Path(__file__).parents[1] / folder))
 
+import numpy as np  # noqa: E402
 from make_project import make_project  # noqa: E402
 from office_map import big_office  # noqa: E402
 from pilot import FLAGS, Pilot, chromium  # noqa: E402
-from playwright.sync_api import sync_playwright  # noqa: E402
+from playwright.sync_api import Browser, sync_playwright  # noqa: E402
 
+from rgcore.model.records import Region  # noqa: E402
 from rgviz.app import App  # noqa: E402
 from rgviz.picking import Item  # noqa: E402
 
@@ -43,6 +48,11 @@ WATCH_TEXT = f"""(text) => {{ window.seenAt = null;
   new MutationObserver(check).observe(document.body, {{subtree: true, childList: true, characterData: true}}); }}"""
 
 
+WATCH_SKETCH = f"""() => {{ const rg = window.rg, paint = rg.handlers.sketch; window.movedAt = window.sketchedAt = null;
+  window.addEventListener("pointermove", () => {{ window.movedAt = {NOW}; window.sketchedAt = null; }}, true);
+  rg.handlers.sketch = (m) => {{ paint(m); if ((m.strokes || []).some(k => k.fill)) window.sketchedAt = {NOW}; }}; }}"""
+
+
 def main() -> None:
     wanted = int(sys.argv[1]) if len(sys.argv) > 1 else 5000
     map_ = big_office(wanted)
@@ -53,9 +63,19 @@ def main() -> None:
         try:
             with sync_playwright() as p:
                 chrome = p.chromium.launch(executable_path=chromium(), headless=True, args=FLAGS)
+                _say("first picture", [_first_picture(chrome, app.url) for _ in range(3)])
                 _measure(app, [Pilot(chrome, app.url, size=(1280, 800)) for _ in range(2)])
         finally:
             app.stop()
+
+
+def _first_picture(chrome: Browser, url: str) -> float:
+    """ms by the page's own clock, until a frame with the lines of the map was painted."""
+    page = Pilot(chrome, url, size=(1280, 800))
+    page.frames(1)
+    took = float(page.page.evaluate("performance.now()"))
+    page.close()
+    return took
 
 
 def _measure(app: App, pages: list[Pilot]) -> None:
@@ -89,9 +109,44 @@ def _measure(app: App, pages: list[Pilot]) -> None:
             began = time.perf_counter()
             a.frames(10)
             frames.append((time.perf_counter() - began) * 100)
+    _say("hand to preview", _previews(a, chosen))
+    _say("pick", _picks(app, a))
     _say("click to inspector", clicks)
     _say("edit to other browser", edits)
     _say("one frame", frames)
+
+
+def _previews(a: Pilot, rooms: list[Region]) -> list[float]:
+    a.key("Escape")
+    a.key("x")
+    a.page.wait_for_function("() => window.rg.hand.sketch.title")
+    a.page.evaluate(WATCH_SKETCH)
+    out = []
+    for room in rooms:
+        (x0, y0), (x1, y1) = room.boundary[0], room.boundary[2]
+        x = (x0 + x1) / 2
+        a.page.mouse.move(*a.at(x, y0 + 0.1 * (y1 - y0)))
+        a.page.mouse.down()
+        a.page.wait_for_timeout(400)
+        a.page.mouse.move(*a.at(x, y0 + 0.9 * (y1 - y0)))
+        a.page.wait_for_function("() => window.sketchedAt !== null")
+        out.append(a.page.evaluate("window.sketchedAt - window.movedAt"))
+        a.key("Escape")
+        a.page.mouse.up()
+        a.page.wait_for_timeout(200)
+    a.key("Escape")
+    return out
+
+
+def _picks(app: App, a: Pilot) -> list[float]:
+    picker, camera = app.picker(app.map), next(iter(app.views.values())).client.camera
+    eye, out = np.asarray(camera.position, float), []
+    for room in list(app.map.regions.values())[::10]:
+        target = np.array([*room.box.center, 0.0])
+        began = time.process_time()
+        picker.at(camera, (0.5, 0.5), (eye, target - eye))
+        out.append(1000 * (time.process_time() - began))
+    return out
 
 
 def _say(name: str, values: list[float]) -> None:
