@@ -117,7 +117,7 @@ class Lines(Settings, frozen=True):
     price: Annotated[
         float,
         setting("readings", "so many a line must tell right that no other does: few lines against true ones", ge=0),
-    ] = 16.0
+    ] = 22.0
     reduction: Annotated[
         float, setting("1", "segments a line at least: the price rises up to that, at most 4 times", ge=1, le=1000)
     ] = 17.0
@@ -128,13 +128,13 @@ class Adapt(Settings, frozen=True):
     """Parameters of merging that adapt themselves to each region (paper, section IV-C)."""
 
     on: Annotated[bool, setting("-", "false: all regions are merged with the settings of [lines]")] = True
-    price: Annotated[
+    goal: Annotated[
         float,
-        setting("scans", "what a line costs beside scans not predicted at all: nine readings of 180", ge=0, le=100),
-    ] = 0.05
+        setting("m", "acc(R) above it lowers the price of a region's lines, to an eighth at most", ge=0, le=10),
+    ] = 0.19
     sample: Annotated[
-        int, setting("scans", "so many of those that see a region judge it; more say the same", ge=10, le=100_000)
-    ] = 150
+        int, setting("readings", "so many judge the settings; more say the same", ge=1000, le=10_000_000)
+    ] = 100_000
 
 
 class Accuracy(Settings, frozen=True):

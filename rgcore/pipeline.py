@@ -11,6 +11,7 @@ import numpy as np
 
 from rgcore.cache import Cache
 from rgcore.config import Config, Slam
+from rgcore.config import Lines as LineSettings
 from rgcore.errors import InputError
 from rgcore.lines.accuracy import Accuracy, measure_accuracy
 from rgcore.lines.adapt import adapt
@@ -82,18 +83,19 @@ def run(
     free = stages("freespace", lambda: free_space(log, trajectory, c.places), c.places, "slam")
     found = stages("places", lambda: find_places(free, log, trajectory, segments, c.places), "freespace", "extract")
     regions = region_of_segments(segments, trajectory, found)
+
+    def region_at(points: np.ndarray) -> np.ndarray:
+        return found.labels.at(points, outside=-1)
+
     fitted = stages(
         "adapt",
-        lambda: adapt(log, segments, trajectory, regions, len(found.regions), c.lines, c.accuracy, c.adapt),
+        lambda: adapt(log, segments, trajectory, regions, len(found.regions), region_at, c.lines, c.accuracy, c.adapt),
         *(c.lines, c.accuracy, c.adapt, "places"),
     )
     by_region = fitted.settings(c.lines) if fitted else ()
     lines, line_of = stages(
         "lines",
-        lambda: complete_lines(
-            *merge_lines(segments, trajectory, regions, c.lines, by_region),
-            *(log, segments, trajectory, lambda at: found.labels.at(at, outside=-1), c.lines),
-        ),
+        lambda: _lines(log, segments, trajectory, regions, region_at, c.lines, by_region),
         *(c.lines, "adapt"),
     )
     places = snap_posts(found, lines, c.places)
@@ -128,6 +130,20 @@ def trajectory_of(log: ScanLog, settings: Slam, watch: Watcher = silent) -> Traj
     if log.surveyed:
         return Trajectory(log.stamps, log.odom_from_base, log.base_from_laser)
     return lrgc(log, settings, watch)
+
+
+def _lines(
+    log: ScanLog,
+    segments: Segments,
+    trajectory: Trajectory,
+    regions: np.ndarray,
+    region_at: Callable[[np.ndarray], np.ndarray],
+    settings: LineSettings,
+    by_region: tuple[LineSettings, ...],
+) -> tuple[Lines, np.ndarray]:
+    """The lines of the map, and the line of each segment."""
+    lines, line_of = merge_lines(segments, trajectory, regions, settings, by_region)
+    return complete_lines(lines, line_of, log, segments, trajectory, region_at, settings, by_region)
 
 
 class _Stages:

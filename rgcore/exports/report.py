@@ -244,17 +244,18 @@ def _adaptation(project: Project) -> Iterator[str]:
         return
     yield page.heading("Adaptation")
     yield page.paragraph(
-        "Each region takes the parameters of merging that predict its scans best at a price of "
-        f"{fitted.price:g} scans a line. They are chosen by projecting the lines that a setting gives back into scans."
+        "Each region takes the parameters of merging with which the finished map predicts its scans best at a price of "
+        f"{fitted.price:g} readings a line, chosen by projecting the lines that a setting gives back into scans. "
+        f"Regions whose acc(R) exceeds {_mm(fitted.goal)} pay less for a line where that brings them there."
     )
     points = [(float(x), 1000.0 * y) for x, y in zip(fitted.map.lines, fitted.map.accuracy, strict=True)]
     marks = [(*points[0], "mark", "as configured"), (*points[fitted.map.chosen], "best", "best single setting")]
     if fitted.map.chosen == 0:
         marks = [(*points[0], "best", "as configured: the best single setting")]
     yield page.figure(
-        page.scatter(points, marks, "lines of the map", "acc(R) in mm"),
-        f"Figure {3 + LARGEST}. Compactness against accuracy. Every setting that was tried, taken for all regions "
-        "alike, before the lines are judged one by one; the curve joins those that none beats on both axes.",
+        page.scatter(points, marks, "lines of the map", "error of the readings in mm"),
+        f"Figure {3 + LARGEST}. Compactness against accuracy. Finished maps of a sample of the scans, every "
+        "setting that was tried taken for all regions alike; the curve joins those that none beats on both axes.",
         "plot",
     )
     names = {f"r{i + 1}": c for i, c in enumerate(fitted.regions[:-1])}
@@ -263,10 +264,9 @@ def _adaptation(project: Project) -> Iterator[str]:
         if c := names.get(r.id):
             t = fitted.tried[c.chosen]
             name = _named(project.map.regions.get(r.id, r))
-            cm = (f"{100 * t[k]:.0f} cm" for k in ("distance", "gap", "min_length"))
-            distance, gap, mu = cm
-            rows.append((name, distance, gap, f"{t['ratio']:g}", mu, f"{t['min_support']:g}", c.scans))
-    heads = ("", "distance", "gap γ", "ratio ρ", "least length μ", "least support", "scans that see it")
+            distance, gap = (f"{100 * t[k]:.1f} cm" for k in ("distance", "gap"))
+            rows.append((name, distance, gap, f"{t['ratio']:g}", f"{t.get('price', fitted.price):g}", c.scans))
+    heads = ("", "distance", "gap γ", "ratio ρ", "readings a line", "scans that see it")
     yield page.table("adapted", "Table IV. Parameters that each region takes.", heads, rows)
 
 

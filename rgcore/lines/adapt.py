@@ -1,22 +1,23 @@
-"""Adaptation: each region gets the parameters of merging that predict its scans best with the fewest lines.
+"""Adaptation: each region gets the parameters of merging that serve the finished map best at the price of its lines.
 
 The paper (section IV-C) measures a parameterisation by projecting its map back into the scans, chooses it by "several
-heuristics" and leaves a general way open. Ours is a price: a line is kept for ``price`` [scans] of prediction error,
+heuristics" and leaves a general way open. Ours has one knob, the price of a line in readings (``lines.price``), and
 
-    cost(settings of all regions) = sum over scans of acc(s)^2 / p^2  +  price * number of lines,
+    cost = sum over readings of what is lost of each (:mod:`rgcore.lines.worth`)  +  price * number of lines.
 
-so the lines go where they explain most, with as many of them as the scans can justify. First the best single setting
-for all regions is found. Then the cost of each region's setting is measured with all other regions' lines as that one
-makes them: each region is searched alone. What is tried is a ladder of tolerances (distance, gamma and rho); every rung
-is merged once, for all regions. The least length and support (mu, min_support) only drop lines at the end, so all their
-pairs are measured in one back-projection.
+What is tried is a ladder of tolerances (distance, gamma and rho). For each of them the map is finished for all regions
+alike, on a sample of the scans: merged, completed, its lines judged one by one. How long and how often seen a line must
+be (mu, support) is not asked here: that judgement settles it. A reading tells about the region in which its echo lies
+and a line costs the region that it bounds, so the cost falls apart into those of the regions, and each takes what suits
+it: regions hardly hide one another's walls, and the map that they make together costs what they promise.
+
+Then the price itself: where acc(R) exceeds the ``goal``, readings of the scans taken there count more, as much as it
+takes; nothing is paid for a goal that no number of lines reaches. That is the multiplier of Lagrange for that bound.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple
 
 import msgspec
@@ -25,29 +26,26 @@ import numpy as np
 from rgcore.config import Accuracy as AccuracySettings
 from rgcore.config import Adapt as Settings
 from rgcore.config import Lines as LineSettings
-from rgcore.geometry import segments as geometry
-from rgcore.geometry.compiled import kernel
-from rgcore.geometry.raycast import cast, facing
 from rgcore.lines.adaptation import PARAMETERS, Adaptation, Curve
-from rgcore.lines.merge import Lines, merge_lines
+from rgcore.lines.complete import finished, regions_before, sights_of
+from rgcore.lines.merge import merge_lines
+from rgcore.lines.worth import Sights, lost
 from rgcore.scans.extract import Segments
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
 
-LADDER = ((1.0, 1.0, 1.0), (0.6, 0.5, 0.4), (1.5, 1.0, 0.4), (1.5, 2.0, 1.6), (2.0, 4.0, 1.6))
-"""Factors on distance, gamma and rho, the configured settings first. Poses that are off widen all three, clean ones
-narrow them; of the 48 combinations of four, four and three factors these five reach within 1 % of the cost of all."""
-LENGTHS, SUPPORTS = (1.0, 1.5, 2.0, 3.0), (1.0, 1.5, 2.5)
-"""Factors on mu and min_support, upwards: what was seen once too often explains only the scan that saw it."""
+LADDER = ((1.0, 1.0, 1.0), (0.6, 1.0, 1.0), (0.6, 0.5, 0.4), (0.4, 0.5, 0.4), (1.5, 2.0, 1.6))
+"""Factors on distance, gamma and rho, the configured settings first: poses that are off widen, clean ones narrow."""
+PRICES = (0.5, 0.25, 0.125)
+"""Factors on the price, tried with the best rung for all regions alike: what regions pay that miss the goal."""
 FEW = 20
 """Scans: regions that fewer saw take the setting that is best for the whole map."""
-_BEAMS = 181
-"""Beams of a scan that are projected, about: neighbours tell the same."""
-FACTORS = 2.0 ** np.linspace(-3.0, 3.0, 25)
-"""On the price, tried until the regions' choice is better than the single setting in lines and in accuracy."""
-_WHOLE = 600
-"""Scans that judge settings for the whole map."""
-_NONE = np.zeros((0, 2, 2))
+FACTORS = 2.0 ** np.linspace(-2.0, 2.0, 33)
+"""On the price of lines, until the regions' choice is better than the single setting in lines and in accuracy."""
+_SEGMENTS = 15_000  # of longer logs every second, third, ... scan is merged for the trial
+_SURE = 0.995  # of the lines and of the error of the single setting: what is less is less on all scans, too
+_BEFORE = 0.15  # m before an echo: there lies the region that it is of
+_MOST = {"distance": 1.0, "gap": 5.0, "ratio": 2.0}  # what the settings allow
 
 
 def adapt(
@@ -56,199 +54,146 @@ def adapt(
     trajectory: Trajectory,
     region_of_segment: np.ndarray,
     regions: int,
+    region_at: Callable[[np.ndarray], np.ndarray],
     lines: LineSettings,
     accuracy: AccuracySettings,
     settings: Settings,
 ) -> Adaptation | None:
     """Choose the parameters of merging of each of ``regions`` regions; None if that is switched off. Deterministic.
 
-    ``region_of_segment`` (M,) names the region whose free space a segment bounds, -1 = none. ``lines`` are the
-    configured settings, around which the search is made.
+    ``region_of_segment`` (M,) names the region whose free space a segment bounds, -1 = none; ``region_at`` gives the
+    regions (K,) of points (K, 2) in the map frame. ``lines`` are the configured settings, around which is searched.
     """
     if not settings.on or len(segments) == 0:
         return None
-    rungs = []
-    for s in _ladder(lines):
-        found, _ = merge_lines(segments, trajectory, region_of_segment, lines, (s,) * (regions + 1))
-        rungs.append(_rung(found, s, regions))
-    tried = [s for rung in rungs for s in rung.cuts]
-    whole = _view(log, trajectory, np.arange(len(log)), _NONE, accuracy, _WHOLE)
-    error = np.concatenate([_errors_of(rung, whole, accuracy) for rung in rungs])
-    count = np.concatenate([rung.keep.sum(0) for rung in rungs])
-    best = int((error / accuracy.penalty**2 + settings.price * count).argmin())
+    trial = _Trial(log, segments, trajectory, region_of_segment, regions, region_at, accuracy, settings)
+    tried = [_scaled(lines, dict(zip(("distance", "gap", "ratio"), f, strict=True))) for f in LADDER]
+    rungs = [trial.outcome(s) for s in tried]
+    best = int(np.argmin([r.cost.sum() + lines.price * r.lines.sum() for r in rungs]))
+    tried += [msgspec.structs.replace(tried[best], price=f * lines.price) for f in PRICES]
+    found = _Outcome(*(np.stack(c) for c in zip(*rungs, *map(trial.outcome, tried[len(rungs) :]), strict=True)))
 
-    single = np.full(regions + 1, best)
     home = np.where(region_of_segment < 0, regions, region_of_segment)
-    views, counts, errors = [], [], []
-    for r in range(regions + 1):
-        scans = np.unique(segments.scan[home == r])
-        views.append(_view(log, trajectory, scans, _lines_of(rungs, single, without=r), accuracy, settings.sample))
-        here = [rung.of(r) for rung in rungs]
-        errors.append(np.concatenate([_errors_of(rung, views[r], accuracy) for rung in here]))
-        counts.append(np.concatenate([rung.keep.sum(0) for rung in here]))
-    parts, penalty = _Parts(np.stack(counts, 1), np.stack(errors, 1)), accuracy.penalty
-    judged = np.array([v.scans >= FEW for v in views])
-    chosen = _choose(parts, best, judged, settings.price * penalty**2, lambda c: _outcome(rungs, c, whole, accuracy))
+    scans = np.array([len(np.unique(segments.scan[home == r])) for r in range(regions + 1)])
+    chosen = _choose(_Outcome(*(c[: len(rungs)] for c in found)), best, scans >= FEW, lines.price)
+    chosen = _paid(found.accuracy, [t.price for t in tried], chosen, trial.taken >= FEW, settings.goal)
+    error = np.sqrt(found.squares / np.maximum(trial.readings, 1)).round(5)
+    count = found.lines.astype(int)
+    whole = np.sqrt((found.squares.sum(1)) / max(trial.readings.sum(), 1)).round(5)
     return Adaptation(
         tried=tuple({k: getattr(t, k) for k in PARAMETERS} for t in tried),
-        map=_curve(count, error, whole.scans, best),
-        regions=tuple(_curve(counts[r], errors[r], v.scans, int(chosen[r])) for r, v in enumerate(views)),
-        price=settings.price,
+        map=Curve(lines=_list(count.sum(1)), accuracy=_list(whole), scans=len(log), chosen=best),
+        regions=tuple(
+            Curve(lines=_list(count[:, r]), accuracy=_list(error[:, r]), scans=int(scans[r]), chosen=int(chosen[r]))
+            for r in range(regions + 1)
+        ),
+        price=lines.price,
+        goal=settings.goal,
     )
 
 
-class _Parts(NamedTuple):
-    """Lines and error (T, R) that each of T settings gives each of R regions."""
-
-    lines: np.ndarray
-    error: np.ndarray
-
-
-def _choose(
-    parts: _Parts,
-    single: int,
-    judged: np.ndarray,
-    price: float,
-    outcome: Callable[[np.ndarray], float],
-) -> np.ndarray:
-    """The setting of each region (R,); that of regions not ``judged`` is the ``single`` one.
-
-    ``outcome`` gives the error of the whole map. The choice has neither more lines nor more error than the
-    single setting: where the price [m2] alone would trade one for the other, it is moved until that holds.
-    """
-    found, regions = np.full(len(judged), single), np.arange(len(judged))
-    most_lines, most_error = parts.lines[found, regions].sum(), outcome(found)
-    least = most_error + price * most_lines
-    picks = [np.where(judged, (parts.error + f * price * parts.lines).argmin(0), single) for f in FACTORS]
-    for pick in np.unique(picks, axis=0):
-        lines = parts.lines[pick, regions].sum()
-        error = outcome(pick) if lines <= most_lines else np.inf
-        if error <= most_error and error + price * lines < least:
-            found, least = pick, error + price * lines
-    return found
-
-
-def _outcome(rungs: list[_Rung], chosen: np.ndarray, whole: _View, accuracy: AccuracySettings) -> float:
-    """Sum of acc(s)^2 [m2] over all scans, of the map with a setting for each region."""
-    lines = _lines_of(rungs, chosen)
-    one = _Rung(lines, np.zeros(len(lines), np.int64), np.ones((len(lines), 1), bool), [])
-    return float(_errors_of(one, whole, accuracy)[0])
-
-
-def _ladder(lines: LineSettings) -> list[LineSettings]:
-    return [_scaled(lines, {"distance": d, "gap": g, "ratio": r}) for d, g, r in LADDER]
+def _list(values: np.ndarray) -> tuple:
+    return tuple(values.tolist())
 
 
 def _scaled(lines: LineSettings, factors: dict[str, float]) -> LineSettings:
-    """The settings times factors, within reason: never beyond what a setting allows."""
-    values = {k: getattr(lines, k) * f for k, f in factors.items()}
-    values = {k: min(v, _MOST[k]) for k, v in values.items()}
-    rounded = {k: round(v) if k == "min_support" else round(v, 6) for k, v in values.items()}
-    return msgspec.structs.replace(lines, **rounded)
+    """The settings times factors, within what they allow."""
+    values = {k: round(min(getattr(lines, k) * f, _MOST[k]), 6) for k, f in factors.items()}
+    return msgspec.structs.replace(lines, **values)
 
 
-_MOST = {"distance": 1.0, "gap": 5.0, "ratio": 2.0, "min_length": 5.0, "min_support": 1000}
+class _Outcome(NamedTuple):
+    """What a setting gives in each of the regions (R + 1,), the last for what lies in none.
 
-
-@dataclass(frozen=True)
-class _Rung:
-    """Lines (L, 2, 2) of one setting, the region of each, and which stay (L, C) at each of the cuts (C,)."""
+    lines     number of lines
+    cost      readings lost
+    squares   m2, of the differences of the readings of things in the region, none above the penalty
+    accuracy  m, acc(R) over the scans taken in the region; 0 without such scans
+    """
 
     lines: np.ndarray
-    home: np.ndarray
-    keep: np.ndarray
-    cuts: list[LineSettings]
-
-    def of(self, region: int) -> _Rung:
-        here = self.home == region
-        return _Rung(self.lines[here], self.home[here], self.keep[here], self.cuts)
+    cost: np.ndarray
+    squares: np.ndarray
+    accuracy: np.ndarray
 
 
-def _rung(found: Lines, settings: LineSettings, regions: int) -> _Rung:
-    cuts = [_scaled(settings, {"min_length": f, "min_support": g}) for f, g in product(LENGTHS, SUPPORTS)]
-    length = geometry.lengths(found.ends)
-    keep = np.stack([(length >= c.min_length) & (found.support >= c.min_support) for c in cuts], 1)
-    return _Rung(found.ends, np.where(found.region < 0, regions, found.region), keep, cuts)
+class _Trial:
+    """A sample of segments and of readings, on which the map is finished with one setting after the other."""
+
+    def __init__(
+        self,
+        log: ScanLog,
+        segments: Segments,
+        trajectory: Trajectory,
+        region: np.ndarray,
+        regions: int,
+        region_at: Callable[[np.ndarray], np.ndarray],
+        accuracy: AccuracySettings,
+        settings: Settings,
+    ) -> None:
+        self.trajectory, self.regions, self.region_at, self.penalty = trajectory, regions, region_at, accuracy.penalty
+        some = segments.scan % max(1, -(-len(segments) // _SEGMENTS)) == 0
+        self.segments, self.region = segments[some], region[some]
+        self.sights, scans, self.step = sights_of(log, trajectory, accuracy.max_range, settings.sample)
+        ranges = self.sights.ranges
+        self.usable = ranges > 0
+        turn = self.sights.poses[:, 2:] + self.sights.bearings
+        beams = np.stack([np.cos(turn), np.sin(turn)], -1)
+        before = self.sights.poses[:, None, :2] + (ranges - _BEFORE)[..., None] * beams
+        self.home = self._named(region_at(before[self.usable]))
+        self.scan_region = self._named(region_at(trajectory.map_from_base[scans, :2]))
+        every = self._named(region_at(trajectory.map_from_base[:, :2]))
+        self.taken = np.bincount(every, minlength=regions + 1)
+        self.readings = np.bincount(self.home, minlength=regions + 1)
+
+    def _named(self, region: np.ndarray) -> np.ndarray:
+        return np.where(region < 0, self.regions, region)
+
+    def outcome(self, s: LineSettings) -> _Outcome:
+        """The map that one setting for all regions gives."""
+        merged, _ = merge_lines(self.segments, self.trajectory, self.region, s)
+        ends, of = finished(self.sights, merged.ends, s.price / self.step, len(self.segments), s.corner)
+        self.sights.clear()
+        self.sights.add(ends)
+        own = np.append(merged.region, -1)[np.minimum(of, len(merged))]
+        own[of >= len(merged)] = regions_before(ends[of >= len(merged)], self.region_at)
+        return self._measured(self.sights, self._named(own))
+
+    def _measured(self, sights: Sights, own: np.ndarray) -> _Outcome:
+        off = np.abs(sights.distance[:, 0].reshape(sights.ranges.shape) - sights.ranges)
+        count, usable = self.regions + 1, self.usable
+        cost = self.step * np.bincount(self.home, lost(off[usable]), count)
+        squares = np.where(usable, np.minimum(off, self.penalty), 0.0) ** 2
+        acc = squares.sum(1) / np.maximum(usable.sum(1), 1)
+        seen = usable.any(1)
+        here = np.bincount(self.scan_region[seen], minlength=count)
+        accuracy = np.sqrt(np.bincount(self.scan_region[seen], acc[seen], count) / np.maximum(here, 1))
+        return _Outcome(
+            np.bincount(own, minlength=count), cost, np.bincount(self.home, squares[usable], count), accuracy
+        )
 
 
-def _lines_of(rungs: list[_Rung], setting: np.ndarray, without: int = -1) -> np.ndarray:
-    """(L, 2, 2) the lines that a setting for each region (R,) gives, those of one region left out."""
-    out = [_NONE]
-    for number, rung in enumerate(rungs):
-        cut = setting[rung.home] - number * len(rung.cuts)
-        mine = np.flatnonzero((cut >= 0) & (cut < len(rung.cuts)) & (rung.home != without))
-        out.append(rung.lines[mine[rung.keep[mine, cut[mine]]]])
-    return np.concatenate(out)
+def _choose(rungs: _Outcome, single: int, judged: np.ndarray, price: float) -> np.ndarray:
+    """The rung of each region (R,); that of regions not ``judged`` is the ``single`` one.
+
+    The choice has neither more lines nor more error than the single setting, with a margin for what a sample cannot
+    tell: where the price alone would trade one for the other, it is moved until that holds.
+    """
+    r, best, least = np.arange(len(judged)), np.full(len(judged), single), np.inf
+    lines, squares = (_SURE * c[single].sum() for c in (rungs.lines, rungs.squares))
+    for factor in FACTORS:
+        pick = np.where(judged, (rungs.cost + factor * price * rungs.lines).argmin(0), single)
+        count, cost = rungs.lines[pick, r].sum(), rungs.cost[pick, r].sum()
+        if count <= lines and rungs.squares[pick, r].sum() <= squares and cost + price * count < least:
+            best, least = pick, cost + price * count
+    return best
 
 
-@dataclass(frozen=True)
-class _View:
-    """A sample of the scans that see a region, and what they would see without its lines (``others``)."""
-
-    scans: int
-    poses: np.ndarray
-    bearings: np.ndarray
-    ranges: np.ndarray
-    others: np.ndarray
-    weight: np.ndarray
-
-
-def _view(
-    log: ScanLog,
-    trajectory: Trajectory,
-    scans: np.ndarray,
-    others: np.ndarray,
-    accuracy: AccuracySettings,
-    sample: int,
-) -> _View:
-    """``others`` (L, 2, 2): lines of all other regions. A reading weighs 1 / readings of its scan, as in acc(s)."""
-    some = scans[:: max(1, -(-len(scans) // sample))]
-    beams = slice(None, None, max(1, round(len(log.bearings) / _BEAMS)))
-    ranges, poses, bearings = log.ranges[some][:, beams], trajectory.map_from_laser[some], log.bearings[beams]
-    usable = log[some].usable(accuracy.max_range)[:, beams]
-    weight = usable * (len(scans) / max(len(some), 1) / np.maximum(usable.sum(1), 1))[:, None]
-    before = cast(others, poses, bearings, accuracy.max_range + accuracy.penalty)[0]
-    return _View(len(scans), poses, bearings, ranges, before, weight)
-
-
-def _errors_of(rung: _Rung, view: _View, accuracy: AccuracySettings) -> np.ndarray:
-    """(C,) sum of acc(s)^2 [m2] over the scans of the view, at each of the cuts."""
-    reach, p = accuracy.max_range + accuracy.penalty, accuracy.penalty
-    v = view
-    return _errors(rung.lines, rung.keep, v.poses, v.bearings, v.ranges, v.others, v.weight, reach, p)
-
-
-@kernel
-def _errors(lines, keep, poses, bearings, ranges, others, weight, reach, penalty):  # type: ignore[no-untyped-def]
-    """(C,) weighted squares of the differences, none above the penalty, for C choices ``keep`` (L, C) of the lines."""
-    cos, sin, turn = np.cos(bearings), np.sin(bearings), 2 * np.pi
-    choices = keep.shape[1]
-    total, near = np.zeros(choices), np.zeros((len(bearings), choices))
-    for n in range(len(poses)):
-        for i in range(len(bearings)):
-            near[i] = others[n, i]
-        for k in range(len(lines)):
-            first, last, ex, ey, area = facing(
-                lines[k, 0, 0], lines[k, 0, 1], lines[k, 1, 0], lines[k, 1, 1], poses[n], reach
-            )
-            if area <= 0.0:
-                continue
-            for shift in (-turn, 0.0, turn):
-                i = np.searchsorted(bearings, first + shift - 1e-12)
-                while i < len(bearings) and bearings[i] <= last + shift + 1e-12:
-                    down = cos[i] * ey - sin[i] * ex
-                    if down > 0.0:
-                        for c in range(choices):
-                            if keep[k, c]:
-                                near[i, c] = min(near[i, c], area / down)
-                    i += 1
-        for i in range(len(bearings)):
-            if weight[n, i] > 0.0:
-                for c in range(choices):
-                    total[c] += weight[n, i] * min(abs(ranges[n, i] - near[i, c]), penalty) ** 2
-    return total
-
-
-def _curve(count: np.ndarray, error: np.ndarray, scans: int, chosen: int) -> Curve:
-    accuracy = np.sqrt(np.maximum(error, 0.0) / max(scans, 1)).round(5)
-    return Curve(lines=tuple(count.tolist()), accuracy=tuple(accuracy.tolist()), scans=scans, chosen=chosen)
+def _paid(accuracy: np.ndarray, prices: list[float], chosen: np.ndarray, judged: np.ndarray, goal: float) -> np.ndarray:
+    """The choice, where regions over the ``goal`` [m] take the highest price that brings them there, if one does."""
+    out, dear = chosen.copy(), np.array(prices)
+    for r in np.flatnonzero(judged & (accuracy[chosen, np.arange(len(chosen))] > goal)):
+        enough = np.flatnonzero((accuracy[:, r] <= goal) & (dear < dear[chosen[r]]))
+        if len(enough):
+            out[r] = enough[dear[enough].argmax()]
+    return out

@@ -6,16 +6,16 @@ import msgspec
 
 from rgcore.config import Lines as LineSettings
 
-PARAMETERS = ("distance", "gap", "ratio", "min_length", "min_support")
+PARAMETERS = ("distance", "gap", "ratio", "price")
 """Settings of merging that adapt themselves."""
 
 
 class Curve(msgspec.Struct, frozen=True, kw_only=True):
-    """What the tried settings give in a region or in the whole map, in their order.
+    """What the tried settings, taken for all regions alike, give in a region or in the whole finished map, in order.
 
     lines     number of lines
-    accuracy  m, acc over the scans that see the region, all other regions being as configured
-    scans     how many scans those are
+    accuracy  m, root mean square difference of the readings of what is there, none above the penalty
+    scans     how many scans saw the region
     chosen    index of the setting that was taken; of the map: the best single setting for all regions
     """
 
@@ -29,16 +29,18 @@ class Adaptation(msgspec.Struct, frozen=True, kw_only=True):
     """What was tried, what came of it, and what each region takes.
 
     tried    parameters of merging, the configured ones first
-    map      lines and accuracy if all regions took a setting
+    map      lines and accuracy of the whole map
     regions  one a region, in their order, and a last one for the lines of no region
-    price    scans a line, the knob
+    price    readings a line, the knob
+    goal     m, acc(R) above which a region takes a lower price, where that helps
     """
 
     tried: tuple[dict[str, float], ...]
     map: Curve
     regions: tuple[Curve, ...]
     price: float
+    goal: float = 0.0
 
     def settings(self, lines: LineSettings) -> tuple[LineSettings, ...]:
-        """Settings by region for :func:`rgcore.lines.merge.merge_lines`."""
+        """Settings by region for :func:`rgcore.lines.merge.merge_lines` and `rgcore.lines.complete.complete_lines`."""
         return tuple(msgspec.structs.replace(lines, **self.tried[r.chosen]) for r in self.regions)

@@ -8,8 +8,8 @@ dropped, the least worth first (:mod:`rgcore.lines.worth`).
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import fields
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from rgcore.geometry import se2
 from rgcore.geometry import segments as geometry
 from rgcore.lines.clutter import strips
 from rgcore.lines.corners import close_corners
+from rgcore.lines.covariance import line_covariance
 from rgcore.lines.merge import Lines, describe, renumbered
 from rgcore.lines.worth import NEAR, Sights
 from rgcore.scans.extract import Segments
@@ -44,22 +45,67 @@ def complete_lines(
     trajectory: Trajectory,
     region_at: Callable[[np.ndarray], np.ndarray],
     settings: Settings,
+    by_region: Sequence[Settings] = (),
 ) -> tuple[Lines, np.ndarray]:
     """Lines of the map and the line of each segment (M,), from those that merging gave.
 
     ``region_at`` gives the regions (K,) of points (K, 2) in the map frame, -1 = none. A line of scattered echoes has
-    as its support the scans that saw it.
+    as its support the scans that saw it. ``by_region``: the price for the scans taken in each region, the last for
+    those taken in none; where it is half, a reading counts twice.
     """
     if len(segments) == 0:
         return lines, line_of
-    usable = log.usable(settings.max_range)
-    step = max(1, int(np.ceil(usable.sum() / _MOST_READINGS)))
-    scans = np.arange(0, len(log), step)
-    sights = Sights(trajectory.map_from_laser[scans], log.bearings, np.where(usable[scans], log.ranges[scans], 0.0))
-    price, most = settings.price / step, int(len(segments) / settings.reduction)
+    weight = None
+    if by_region:
+        price = np.array([s.price for s in by_region])
+        weight = max(settings.price, 1e-9) / np.maximum(price, 1e-9)[region_at(trajectory.map_from_base[:, :2])]
+    sights, scans, step = sights_of(log, trajectory, settings.max_range, _MOST_READINGS, weight)
+    most = int(len(segments) / settings.reduction)
+    found, of = finished(sights, lines.ends, settings.price / step, most, settings.corner)
 
-    found = lines.ends
-    there = np.ones(len(found), bool)
+    ends = geometry.transformed(trajectory.map_from_laser[segments.scan], segments.ends)
+    merged = of < len(lines)
+    part = _parts(found[merged], of[merged], line_of, ends.mean(1), settings.gap)
+    line_of = np.where(part >= 0, np.append(np.flatnonzero(merged), -1)[part], -1)
+    line, pieces = _pieces(sights, found, np.flatnonzero(~merged), scans, segments, trajectory)
+    order = np.argsort(np.concatenate([segments.scan, pieces.scan]), kind="stable")
+    members, home = _joined(segments, pieces)[order], np.append(lines.region, -1)
+    home = np.where(merged, home[np.where(merged, of, -1)], regions_before(found, region_at))
+    line_of = np.concatenate([line_of, line])[order]
+    there = np.bincount(line_of[line_of >= 0], minlength=len(found)) > 0
+    line_of = renumbered(line_of, there)
+    ends = geometry.transformed(trajectory.map_from_laser[members.scan], members.ends)
+    center = ends.mean((0, 1))
+    region = np.append(home[there], -1)[line_of]
+    out, line_of = describe(found[there] - center, line_of, ends - center, center, members.scan, region)
+    out = replace(out, covariance=line_covariance(out.ends, line_of, members, trajectory))
+    return out, line_of[order.argsort()[: len(segments)]]
+
+
+def sights_of(
+    log: ScanLog, trajectory: Trajectory, max_range: float, readings: int, weight: np.ndarray | None = None
+) -> tuple[Sights, np.ndarray, int]:
+    """About so many ``readings`` to judge lines by, the scans (K,) that they are of, and of how many scans each is one.
+
+    ``weight`` (N,) is that of all scans.
+    """
+    usable = log.usable(max_range)
+    step = max(1, int(np.ceil(usable.sum() / readings)))
+    scans = np.arange(0, len(log), step)
+    ranges = np.where(usable[scans], log.ranges[scans], 0.0)
+    some = None if weight is None else weight[scans]
+    return Sights(trajectory.map_from_laser[scans], log.bearings, ranges, some), scans, step
+
+
+def finished(
+    sights: Sights, lines: np.ndarray, price: float, most: int, corner: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The lines (K, 2, 2) of the finished map, from those (L, 2, 2) that merging gave, and which each is of (K,).
+
+    Numbers from L on: lines through scattered echoes. ``price`` in readings of ``sights``; ``most`` lines are aimed at.
+    """
+    found, there = lines, np.ones(len(lines), bool)
+    sights.clear()
     sights.add(found)
     for _ in range(_ROUNDS):
         more = sights.worthy(strips(*_echoes(sights, there)), price, _SIZE)
@@ -73,26 +119,9 @@ def complete_lines(
     of = of[part_of]
     sights.clear()
     sights.add(found)
-    found = close_corners(_laid(sights, found), settings.corner)
+    found = close_corners(_laid(sights, found), corner)
     there = sights.keep(np.ones(len(found), bool), price, most, _DEAREST * price)
-    found, of = found[there], of[there]
-
-    ends = geometry.transformed(trajectory.map_from_laser[segments.scan], segments.ends)
-    merged = of < len(lines)
-    part = _parts(found[merged], of[merged], line_of, ends.mean(1), settings.gap)
-    line_of = np.where(part >= 0, np.append(np.flatnonzero(merged), -1)[part], -1)
-    line, pieces = _pieces(sights, found, np.flatnonzero(~merged), scans, segments, trajectory)
-    order = np.argsort(np.concatenate([segments.scan, pieces.scan]), kind="stable")
-    members, home = _joined(segments, pieces)[order], np.append(lines.region, -1)
-    home = np.where(merged, home[np.where(merged, of, -1)], _regions_before(found, region_at))
-    line_of = np.concatenate([line_of, line])[order]
-    there = np.bincount(line_of[line_of >= 0], minlength=len(found)) > 0
-    line_of = renumbered(line_of, there)
-    ends = geometry.transformed(trajectory.map_from_laser[members.scan], members.ends)
-    center = ends.mean((0, 1))
-    region = np.where(line_of >= 0, home[there][line_of], -1)
-    out, line_of = describe(found[there] - center, line_of, ends - center, center, members.scan, region)
-    return out, line_of[order.argsort()[: len(segments)]]
+    return found[there], of[there]
 
 
 def _echoes(sights: Sights, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -119,9 +148,9 @@ def _laid(sights: Sights, lines: np.ndarray) -> np.ndarray:
     a, b = np.zeros(len(lines)), np.zeros(len(lines))
     for _ in range(_FITS):
         w = 1.0 / (1.0 + ((off - a[of] - b[of] * at) / _SPREAD) ** 2)
-        n, x, xx = (np.bincount(of, w * at**k, len(lines)) for k in range(3))
+        count, x, spread = (np.bincount(of, w * at**k, len(lines)) for k in range(3))
         y, xy = (np.bincount(of, w * off * at**k, len(lines)) for k in range(2))
-        n, xx = n + _FEW, xx + _FEW * (length**2 / 12 + _STIFF**2)
+        n, xx = count + _FEW, spread + _FEW * (length**2 / 12 + _STIFF**2)
         b = (n * xy - x * y) / (n * xx - x * x)
         a = (y - b * x) / n
     move = a[:, None] + b[:, None] * length[:, None] * [-0.5, 0.5]
@@ -182,7 +211,7 @@ def _joined(a: Segments, b: Segments) -> Segments:
     return Segments(*(np.concatenate([getattr(a, f.name), getattr(b, f.name)]) for f in fields(Segments)))
 
 
-def _regions_before(lines: np.ndarray, region_at: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def regions_before(lines: np.ndarray, region_at: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """(L,) the region a little before the middle of each line, on its left; -1 = none."""
     d = lines[:, 1] - lines[:, 0]
     n = np.stack([-d[:, 1], d[:, 0]], 1) / np.hypot(*d.T)[:, None]

@@ -37,6 +37,8 @@ class Lines(Evidence):
     rms        (L,)      m, length-weighted root mean square distance of the segments' ends
     region     (L,)      index of the region whose free space the line bounds; -1 = none
     first_scan (L,)      index of the scan that saw it first
+    covariance (L, 3)    m2, m rad, rad2: of the middle's offset across the line and of its direction, both to the
+                         left: variance, covariance, variance; zero before the map is finished
     """
 
     ends: np.ndarray
@@ -45,6 +47,7 @@ class Lines(Evidence):
     rms: np.ndarray
     region: np.ndarray
     first_scan: np.ndarray
+    covariance: np.ndarray
 
 
 def merge_lines(
@@ -193,9 +196,10 @@ def describe(
         np.sqrt(squares),
         region_of(line_of, region, count),
         scan[first[order]],
+        np.zeros((count, 3)),
     ), line_of
 
 
 def _no_lines() -> Lines:
     none = np.zeros(0, np.int64)
-    return Lines(np.zeros((0, 2, 2)), np.zeros((0, 6)), none, np.zeros(0), none, none)
+    return Lines(np.zeros((0, 2, 2)), np.zeros((0, 6)), none, np.zeros(0), none, none, np.zeros((0, 3)))

@@ -28,8 +28,14 @@ class Sights:
     along    (N B, DEPTH) m, from the start of the line
     """
 
-    def __init__(self, poses: np.ndarray, bearings: np.ndarray, ranges: np.ndarray) -> None:
-        """``poses`` (N, 3) of the laser, ``bearings`` (B,) ascending, ``ranges`` (N, B) [m], 0 = not usable."""
+    def __init__(
+        self, poses: np.ndarray, bearings: np.ndarray, ranges: np.ndarray, weight: np.ndarray | None = None
+    ) -> None:
+        """``poses`` (N, 3) of the laser, ``bearings`` (B,) ascending, ``ranges`` (N, B) [m], 0 = not usable.
+
+        ``weight`` (N,): for how many readings each of a scan counts; one, if nothing is said.
+        """
+        self.weight = np.ones(len(poses)) if weight is None else np.ascontiguousarray(weight, float)
         self.poses, self.bearings = np.ascontiguousarray(poses, float), np.ascontiguousarray(bearings, float)
         self.ranges = np.ascontiguousarray(ranges, float)
         self.reach = float(ranges.max(initial=0.0)) + FAR
@@ -55,7 +61,7 @@ class Sights:
 
     def _meet(self, lines: np.ndarray, number: int, first: np.ndarray, size: float, worth: np.ndarray) -> None:
         lines, limits = np.ascontiguousarray(lines, float), (number, self.reach, size)
-        beams = (self.poses, self.bearings, self.ranges)
+        beams = (self.poses, self.bearings, self.ranges, self.weight)
         _meet(lines, beams, limits, self.line, self.distance, self.along, first, worth)
 
     def unexplained(self, there: np.ndarray) -> np.ndarray:
@@ -67,7 +73,8 @@ class Sights:
 
         If more than ``most`` are left, the price rises until they are that few, but not above ``highest``.
         """
-        there = _keep(self.line, self.distance, self.ranges.ravel(), there.copy(), (price, float(most), highest))
+        limits = (price, float(most), highest)
+        there = _keep(self.line, self.distance, self.ranges, self.weight, there.copy(), limits)
         _forget(self.line, self.distance, self.along, there)
         return there
 
@@ -77,7 +84,7 @@ class Sights:
         ``size`` [m] is how finely lines are cut. What nobody looked at stays.
         """
         first, worth = self._bins(lines, size)
-        _worth_along(self.line, self.distance, self.along, self.ranges.ravel(), first, size, worth)
+        _worth_along(self.line, self.distance, self.along, self.ranges, self.weight, first, size, worth)
         return _cut(lines, worth, first, price, size)
 
     @staticmethod
@@ -100,7 +107,7 @@ def _cut(
 @kernel
 def _meet(lines, beams, limits, line, distance, along, first_of, worth):  # type: ignore[no-untyped-def]
     """Let the beams meet the lines; or, where there are ``first_of``, add up what they gain by each stretch."""
-    poses, bearings, ranges = beams
+    poses, bearings, ranges, weight = beams
     number, reach, size = limits
     cos, sin, turn = np.cos(bearings), np.sin(bearings), 2 * np.pi
     n_beams, ahead = len(bearings), bearings[0] >= -0.5 * np.pi - 1e-3 and bearings[-1] <= 0.5 * np.pi + 1e-3
@@ -139,7 +146,7 @@ def _meet(lines, beams, limits, line, distance, along, first_of, worth):  # type
                             _insert(b, number + k, r, at, line, distance, along)
                         elif r < distance[b, 0]:
                             gain = _cost(line[b, 0] >= 0, distance[b, 0], ranges[n, i]) - _cost(True, r, ranges[n, i])
-                            worth[min(first_of[k] + int(max(at, 0.0) / size), first_of[k + 1] - 1)] += gain
+                            worth[min(first_of[k] + int(max(at, 0.0) / size), first_of[k + 1] - 1)] += weight[n] * gain
                     i += 1
 
 
@@ -166,6 +173,12 @@ def _forget(line, distance, along, there):  # type: ignore[no-untyped-def]
                 left += 1
         for j in range(left, DEPTH):
             line[b, j], distance[b, j] = -1, np.inf
+
+
+def lost(off: np.ndarray) -> np.ndarray:
+    """What is lost of readings that are predicted ``off`` [m]: 0 to 1; inf where nothing is predicted."""
+    far, near = np.minimum(off / FAR, 1.0), np.minimum(off / NEAR, 1.0)
+    return np.asarray((1.0 - _RIGHT) * far * far + _RIGHT * near * near)
 
 
 @inner
@@ -205,8 +218,9 @@ def _unexplained(line, distance, ranges, there):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _keep(line, distance, z, there, limits):  # type: ignore[no-untyped-def]
+def _keep(line, distance, ranges, weight, there, limits):  # type: ignore[no-untyped-def]
     price, most, highest = limits
+    z, n_beams = ranges.ravel(), ranges.shape[1]
     count = len(there)
     worth, version, left = np.zeros(count), np.zeros(count, np.int64), 0
     first = np.zeros(count + 2, np.int64)
@@ -224,7 +238,7 @@ def _keep(line, distance, z, there, limits):  # type: ignore[no-untyped-def]
             if k >= 0 and there[k]:
                 beams[first[k + 1]] = b
                 first[k + 1] += 1
-        _give(line, distance, b, z[b], there, worth, 1.0)
+        _give(line, distance, b, z[b], there, worth, weight[b // n_beams])
     heap = [(worth[k], k, 0) for k in range(count) if there[k]]
     heapq.heapify(heap)
     while len(heap) > 0:
@@ -236,10 +250,12 @@ def _keep(line, distance, z, there, limits):  # type: ignore[no-untyped-def]
         left -= 1
         others = {k}
         for e in range(first[k], first[k + 1]):
-            others.add(_give(line, distance, beams[e], z[beams[e]], there, worth, -1.0))
+            b = beams[e]
+            others.add(_give(line, distance, b, z[b], there, worth, -weight[b // n_beams]))
         there[k] = False
         for e in range(first[k], first[k + 1]):
-            others.add(_give(line, distance, beams[e], z[beams[e]], there, worth, 1.0))
+            b = beams[e]
+            others.add(_give(line, distance, b, z[b], there, worth, weight[b // n_beams]))
         for other in others:
             if other >= 0 and there[other]:
                 version[other] += 1
@@ -248,23 +264,25 @@ def _keep(line, distance, z, there, limits):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _give(line, distance, b, z, there, worth, sign):  # type: ignore[no-untyped-def]
-    """Add what beam b gains by the first line that it meets; that line, or -1."""
+def _give(line, distance, b, z, there, worth, weight):  # type: ignore[no-untyped-def]
+    """Add what beam b gains, times its ``weight``, by the first line that it meets; that line, or -1."""
     one, two = _first_two(line, b, there)
     if one < 0:
         return -1
-    worth[line[b, one]] += sign * (_cost(two >= 0, distance[b, two], z) - _cost(True, distance[b, one], z))
+    worth[line[b, one]] += weight * (_cost(two >= 0, distance[b, two], z) - _cost(True, distance[b, one], z))
     return np.int64(line[b, one])
 
 
 @kernel
-def _worth_along(line, distance, along, z, first, size, worth):  # type: ignore[no-untyped-def]
+def _worth_along(line, distance, along, ranges, weight, first, size, worth):  # type: ignore[no-untyped-def]
     """Add up the worth of each stretch where all lines are there."""
+    z, n_beams = ranges.ravel(), ranges.shape[1]
     for b in range(len(z)):
         k = line[b, 0]
         if k >= 0:
             at = min(first[k] + int(along[b, 0] / size), first[k + 1] - 1)
-            worth[at] += _cost(line[b, 1] >= 0, distance[b, 1], z[b]) - _cost(True, distance[b, 0], z[b])
+            gain = _cost(line[b, 1] >= 0, distance[b, 1], z[b]) - _cost(True, distance[b, 0], z[b])
+            worth[at] += weight[b // n_beams] * gain
 
 
 @kernel

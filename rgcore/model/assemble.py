@@ -100,7 +100,13 @@ def _line(lines: Lines, i: int, seen: np.ndarray) -> Line:
         regions=tuple(f"r{r + 1}" for r in ([home] if home >= 0 else []) + others),
         support=int(lines.support[i]),
         residual=rounded(rms) if math.isfinite(rms) else None,
+        deviation=_deviation(lines.covariance[i]),
     )
+
+
+def _deviation(covariance: np.ndarray) -> Point | None:
+    """Across [m] and of the direction [rad]; None where nothing tells."""
+    return _point(np.sqrt(covariance[[0, 2]])) if covariance[0] > 0 else None
 
 
 def _regions(places: Places, classes: Classes, accuracy: Accuracy, scan_regions: np.ndarray) -> Iterable[Region]:

@@ -49,7 +49,7 @@ class MoveLine(Edit, frozen=True):
     def change(self, map: RGMap) -> RGMap:
         old = the_line(map, self.line)
         _must_be_long(old.id, self.start, self.end)
-        return put(map, "lines", replace(old, start=self.start, end=self.end))
+        return put(map, "lines", replace(old, start=self.start, end=self.end, deviation=None))
 
     def title(self, map: RGMap) -> str:
         return f"move {self.line}"
@@ -86,6 +86,7 @@ class JoinLines(Edit, frozen=True):
             regions=tuple(dict.fromkeys(r for v in old for r in v.regions)),
             support=sum(v.support for v in old),
             residual=_residual(old),
+            deviation=None,
         )
         map = _exchanged(map, dict.fromkeys(self.lines, (first.id,)))
         return drop(put(map, "lines", first), "lines", *self.lines[1:])
@@ -112,7 +113,7 @@ class SplitLine(Edit, frozen=True):
         at = _point(a + share * (b - a))
         parts = [(old.start, at, share), (at, old.end, 1 - share)]
         kept, new = (
-            replace(old, start=s, end=e, support=round(old.support * part))
+            replace(old, start=s, end=e, support=round(old.support * part), deviation=None)
             for s, e, part in sorted(parts, key=lambda p: -p[2])
         )
         map = put_all(map, "lines", [kept, replace(new, id=self.id)])
@@ -140,7 +141,7 @@ class AlignLines(Edit, frozen=True):
             return line
         c, s = math.cos(off), math.sin(off)
         half = np.array([[c, -s], [s, c]]) @ (b - a) / 2
-        return replace(line, start=_point((a + b) / 2 - half), end=_point((a + b) / 2 + half))
+        return replace(line, start=_point((a + b) / 2 - half), end=_point((a + b) / 2 + half), deviation=None)
 
     def title(self, map: RGMap) -> str:
         return f"align {several(self.lines, 'lines')}"

@@ -48,6 +48,8 @@ class Line(Record, frozen=True, kw_only=True):
     """number of scan segments merged into the line"""
     residual: float | None = None
     """m, root mean square distance of the merged segments' ends from the line"""
+    deviation: Point | None = None
+    """standard deviations that the mapper gives it: m across at its middle, rad of its direction"""
     clutter: bool = False
     """whether it is a thing in the room (chair, plant) and no wall"""
     provenance: Provenance = Provenance()

@@ -9,9 +9,10 @@ import pytest
 from rgcore.config import Config
 from rgcore.geometry.raycast import cast
 from rgcore.lines.accuracy import measure_accuracy
-from rgcore.lines.adapt import LADDER, LENGTHS, SUPPORTS, adapt
+from rgcore.lines.adapt import LADDER, PRICES, adapt
 from rgcore.lines.adaptation import PARAMETERS, Adaptation
-from rgcore.lines.merge import merge_lines
+from rgcore.lines.complete import complete_lines
+from rgcore.lines.merge import Lines, merge_lines
 from rgcore.scans.extract import extract
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
@@ -45,19 +46,37 @@ def two_rooms():
     return log, segments, trajectory, (segments.scan >= n).astype(np.int64)
 
 
+def region_at(points: np.ndarray) -> np.ndarray:
+    return (points[:, 0] > ROOM + WALL / 2).astype(np.int64)
+
+
+def adapted(two_rooms, regions=2, region=None, **changed) -> Adaptation | None:
+    log, segments, trajectory, own = two_rooms
+    settings = msgspec.structs.replace(C.adapt, **{k: v for k, v in changed.items() if k != "price"})
+    lines = msgspec.structs.replace(C.lines, price=changed.get("price", C.lines.price))
+    where = own if region is None else region
+    return adapt(log, segments, trajectory, where, regions, region_at, lines, C.accuracy, settings)
+
+
+def finished(two_rooms, by_region, price=C.lines.price) -> Lines:
+    log, segments, trajectory, region = two_rooms
+    s = msgspec.structs.replace(C.lines, price=price, reduction=1.0)
+    merged = merge_lines(segments, trajectory, region, s, by_region)
+    return complete_lines(*merged, log, segments, trajectory, region_at, s, by_region)[0]
+
+
 @pytest.fixture(scope="module")
 def fitted(two_rooms) -> Adaptation:
-    log, segments, trajectory, region = two_rooms
-    found = adapt(log, segments, trajectory, region, 2, C.lines, C.accuracy, C.adapt)
+    found = adapted(two_rooms)
     assert found is not None
     return found
 
 
-def test_beats_the_best_single_setting_on_both_axes(two_rooms, fitted):
-    log, segments, trajectory, region = two_rooms
+def test_the_finished_map_beats_the_best_single_setting_on_both_axes(two_rooms, fitted):
+    log, _, trajectory, _ = two_rooms
 
     def outcome(by_region) -> tuple[int, float]:
-        lines, _ = merge_lines(segments, trajectory, region, C.lines, by_region)
+        lines = finished(two_rooms, by_region)
         return len(lines), measure_accuracy(log, trajectory, lines.ends, C.accuracy).of(np.ones(len(log), bool))
 
     best = msgspec.structs.replace(C.lines, **fitted.tried[fitted.map.chosen])
@@ -68,12 +87,11 @@ def test_beats_the_best_single_setting_on_both_axes(two_rooms, fitted):
 
 
 def test_the_same_again(two_rooms, fitted):
-    log, segments, trajectory, region = two_rooms
-    assert adapt(log, segments, trajectory, region, 2, C.lines, C.accuracy, C.adapt) == fitted
+    assert adapted(two_rooms) == fitted
 
 
 def test_the_curve_tells_every_setting(fitted):
-    tried = len(LADDER) * len(LENGTHS) * len(SUPPORTS)
+    tried = len(LADDER) + len(PRICES)
     assert len(fitted.tried) == len(fitted.map.lines) == len(fitted.map.accuracy) == tried
     assert len(fitted.regions) == 3
     assert fitted.tried[0] == {k: getattr(C.lines, k) for k in PARAMETERS}
@@ -81,37 +99,47 @@ def test_the_curve_tells_every_setting(fitted):
     assert msgspec.json.decode(msgspec.json.encode(fitted), type=Adaptation) == fitted
 
 
-def test_its_measure_is_that_of_the_map(two_rooms, fitted):
-    log, segments, trajectory, region = two_rooms
-    lines, _ = merge_lines(segments, trajectory, region, C.lines)
-    assert fitted.map.lines[0] == len(lines)
+def test_its_measure_is_that_of_the_finished_map(two_rooms, fitted):
+    log, _, trajectory, _ = two_rooms
+    lines = finished(two_rooms, ())
+    assert fitted.map.lines[0] == pytest.approx(len(lines), rel=0.05)
     measured = measure_accuracy(log, trajectory, lines.ends, C.accuracy).of(np.ones(len(log), bool))
-    assert fitted.map.accuracy[0] == pytest.approx(measured, rel=0.02)
+    assert fitted.map.accuracy[0] == pytest.approx(measured, rel=0.1)
 
 
 def test_dearer_lines_are_fewer(two_rooms):
-    log, segments, trajectory, region = two_rooms
     count = []
-    for price in (0.0, 0.05, 10.0):
-        settings = msgspec.structs.replace(C.adapt, price=price)
-        found = adapt(log, segments, trajectory, region, 2, C.lines, C.accuracy, settings)
+    for price in (1.0, 22.0, 400.0):
+        found = adapted(two_rooms, price=price)
         assert found is not None
-        count.append(len(merge_lines(segments, trajectory, region, C.lines, found.settings(C.lines))[0]))
+        lines = msgspec.structs.replace(C.lines, price=price)
+        count.append(len(finished(two_rooms, found.settings(lines), price)))
     assert count[0] >= count[1] >= count[2]
     assert count[0] > count[2]
 
 
+def test_a_region_that_misses_the_goal_pays_less_for_its_lines(two_rooms):
+    dear = 300.0
+    rich, poor = adapted(two_rooms, price=dear, goal=10.0), adapted(two_rooms, price=dear, goal=0.2)
+    assert rich is not None
+    assert poor is not None
+    assert all(rich.tried[r.chosen]["price"] == dear for r in rich.regions)
+    paid = [r for r in poor.regions if poor.tried[r.chosen]["price"] < dear]
+    assert len(paid) == 1
+    lines = msgspec.structs.replace(C.lines, price=dear)
+    more, fewer = (finished(two_rooms, a.settings(lines), dear) for a in (poor, rich))
+    assert len(more) > len(fewer)
+
+
 def test_switched_off_and_without_segments_there_is_none(two_rooms):
     log, segments, trajectory, region = two_rooms
-    off = msgspec.structs.replace(C.adapt, on=False)
-    assert adapt(log, segments, trajectory, region, 2, C.lines, C.accuracy, off) is None
-    assert adapt(log, segments[:0], trajectory, region[:0], 2, C.lines, C.accuracy, C.adapt) is None
+    assert adapted(two_rooms, on=False) is None
+    assert adapted((log, segments[:0], trajectory, region[:0])) is None
 
 
 def test_a_region_that_few_scans_saw_takes_the_single_setting(two_rooms):
-    log, segments, trajectory, region = two_rooms
-    few = np.where(segments.scan < 5, 2, region)
-    found = adapt(log, segments, trajectory, few, 3, C.lines, C.accuracy, C.adapt)
+    _, segments, _, region = two_rooms
+    found = adapted(two_rooms, 3, np.where(segments.scan < 5, 2, region))
     assert found is not None
     assert found.regions[2].scans == 5
     assert found.regions[2].chosen == found.map.chosen

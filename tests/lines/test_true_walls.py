@@ -60,7 +60,7 @@ def test_the_lines_predict_the_scans_legs_of_tables_too(drive: Simulated, lines:
     assert (off < 0.1).mean() > 0.97
     legs = drive.floor.segments[drive.floor.kind == 2].mean(1)
     near = np.array([np.abs(lines.ends.mean(1) - leg).max(1).min() for leg in legs])
-    assert (near < 0.06).mean() > 0.7  # some stand behind others
+    assert (near < 0.06).mean() > 0.65  # some stand behind others, some are not seen often enough for their price
 
 
 def test_any_order_of_the_scans_gives_the_same_map(drive: Simulated, lines: Lines) -> None:

@@ -53,6 +53,7 @@ def map() -> RGMap:
         rms=np.array([0.01234567, np.nan, 0.0]),
         region=np.array([0, 1, -1]),
         first_scan=np.array([0, 0, 3]),
+        covariance=np.array([[1e-4, 0, 4e-6], [0, 0, 0], [4e-6, 0, 1e-6]]),
     )
     gateway = FoundGateway(
         class_="narrow_passage",
@@ -128,5 +129,6 @@ def test_gateways_and_objects_name_their_regions_and_lines(map: RGMap) -> None:
 def test_numbers_are_micrometres_and_survive_json(map: RGMap) -> None:
     assert map.lines["l2"].end == (2.0, 0.333333)
     assert (map.lines["l1"].residual, map.lines["l2"].residual) == (0.012346, None)
+    assert [v.deviation for v in map.lines.values()] == [(0.01, 0.002), None, (0.002, 0.001)]
     assert str(map.regions["r1"].box.yaw) == "0.0"  # never -0.0
     assert decode_map(encode_map(map)) == map
