@@ -36,7 +36,7 @@ from rgcore.slam.trajectory import Trajectory
 
 LADDER = ((1.0, 1.0, 1.0), (0.6, 1.0, 1.0), (0.6, 0.5, 0.4), (0.4, 0.5, 0.4), (1.5, 2.0, 1.6))
 """Factors on distance, gamma and rho, the configured settings first: poses that are off widen, clean ones narrow."""
-PRICES = (0.5, 0.25, 0.125)
+PRICES = (0.5, 0.25)
 """Factors on the price, tried with the best rung for all regions alike: what regions pay that miss the goal."""
 FEW = 20
 """Scans: regions that fewer saw take the setting that is best for the whole map."""
