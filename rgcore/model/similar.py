@@ -39,7 +39,9 @@ def propose(map: RGMap, class_: str, others: Sequence[RGMap] = ()) -> list[Propo
     Regions to which a person gave a class, or that one confirmed, are examples of what they are and never proposed.
     Raises EditError where there are too few examples, with how to give them.
     """
-    known, against, open_ = [], [], []
+    known: list[np.ndarray] = []
+    against: list[np.ndarray] = []
+    open_: list[tuple[str, np.ndarray]] = []
     for m in (map, *others):
         for region in m.regions.values():
             x = describe(m, region)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -122,7 +123,7 @@ def outline_lines(region: FoundRegion) -> np.ndarray:
     return np.stack([ring, np.roll(ring, -1, axis=0)], 1)
 
 
-def measures(region: FoundRegion, posts: list[tuple[tuple[float, float], ...]], lines: np.ndarray) -> np.ndarray:
+def measures(region: FoundRegion, posts: Sequence[tuple[tuple[float, float], ...]], lines: np.ndarray) -> np.ndarray:
     """Free-space measures of one region.
 
     log elongation of the box of possible robot positions with its rim; log width [m] as area over length;

@@ -7,6 +7,7 @@ whose spread is drawn towards half of that of all regions, against one over all 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,7 +70,7 @@ LEAST = np.array([0.1, 0.1, 0.2, 0.03, 0.05, 0.1, 0.15, 0.1, 0.1, 0.15, 0.15, 0.
 
 def features(
     region: FoundRegion,
-    posts: list[tuple[tuple[float, float], ...]],
+    posts: Sequence[tuple[tuple[float, float], ...]],
     lines: np.ndarray,
     furniture: tuple[int, int],
     scores: tuple[float, float],

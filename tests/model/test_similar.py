@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+from two_rooms import make_run
 
 from rgcore.errors import EditError
 from rgcore.model.edits import ClassifyRegion, Confirm
+from rgcore.model.project import Project
 from rgcore.model.records import Box2, Region, RGMap
 from rgcore.model.similar import own_classes, propose
+from rgviz.cli import main
 
 
 def square(id: str, size: float, at: float) -> Region:
@@ -65,3 +70,17 @@ def test_examples_of_another_map_count(floor: RGMap) -> None:
 def test_too_few_examples_are_refused_with_the_remedy(floor: RGMap, ids: tuple[str, ...]) -> None:
     with pytest.raises(EditError, match="give that class to at least 2"):
         propose(classed(floor, *ids), "closet")
+
+
+def test_the_command_line_proposes_and_then_makes_edits(
+    floor: RGMap, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "floor.rg"
+    Project.create(path, make_run(classed(floor, "r1", "r6", "r3"))).close()
+    assert main(["classes", str(path), "--learn", "closet"]) == 0
+    assert "3 regions proposed as closet" in capsys.readouterr().out
+    assert main(["classes", str(path), "--learn", "closet", "--apply"]) == 0
+    assert main(["classes", str(path)]) == 0
+    assert capsys.readouterr().out.endswith("closet: 6 regions\n")
+    assert main(["classes", str(path), "--learn", "kitchen"]) == 1
+    assert "give that class to at least 2" in capsys.readouterr().err

@@ -102,3 +102,22 @@ def test_no_line_is_in_two_objects_and_confidence_falls_with_what_is_hidden() ->
         for s in (around, aside)
     ]
     assert middle[0] > middle[1]
+
+
+def legs(x: float, y: float, w: float, h: float, yaw: float) -> list[list[tuple[float, float]]]:
+    c, s = math.cos(yaw), math.sin(yaw)
+    corners = [(sx * w / 2, sy * h / 2) for sx in (-1, 1) for sy in (-1, 1)]
+    return [side for a, b in corners for side in turned_block(x + c * a - s * b, y + s * a + c * b, 0.06, 0.06, yaw)]
+
+
+@pytest.mark.parametrize(("w", "h", "yaw"), [(1.4, 0.7, 0.0), (1.6, 0.8, 0.5), (0.8, 0.8, 1.1)])
+def test_four_legs_are_a_table(w: float, h: float, yaw: float) -> None:
+    (table,) = objects_of(survey(legs(4.0, 3.0, w, h, yaw)))
+    assert table.label == "table"
+    assert table.center[:2] == pytest.approx((4, 3), abs=0.08)
+    assert sorted(table.size[:2]) == pytest.approx(sorted((w, h)), abs=0.1)
+    assert table.region == 0
+
+
+def test_three_legs_and_a_chair_are_no_table() -> None:
+    assert objects_of(survey([*legs(3, 3, 1.4, 0.7, 0.2)[:12], *legs(5.5, 3, 0.3, 0.3, 0.4)])) == ()
