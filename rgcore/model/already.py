@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FOUND = {"lines": 0.6, "regions": 0.75, "gateways": 0.7, "objects": 0.6}
 """Score from which on an automatic thing of the new map is what a person made."""
-TRACE = 0.3
+TRACE = {"lines": 0.05, "regions": 0.2, "gateways": 0.2, "objects": 0.05}
 """Score from which on a thing that a person took away may be there still."""
 
 
@@ -51,7 +51,7 @@ def already(source: Source, done: Done, after: History, only_new: bool = False) 
             return None
         ids[c.id] = found
     for c in (c for c in changes if c.after is None):
-        if any(id not in ids.values() for id, _ in source.matcher.candidates(c.before, TRACE)):
+        if any(id not in ids.values() for id, _ in source.matcher.candidates(c.before, TRACE[c.kind])):
             return None
     return Already(ids, _named(edit, made, ids, after))
 

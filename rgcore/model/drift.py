@@ -71,6 +71,20 @@ class Drift:
         best = (apart * weight[:, None]).sum(2).argmin(1)
         return np.take_along_axis(apart, best[:, None, None], 1)[:, 0] <= self.TOGETHER
 
+    @property
+    def rigid(self) -> np.ndarray:
+        """(3,) the one motion ``new_from_old`` that fits all common scans best: the medians of theirs, twice."""
+        fit = np.zeros(3)
+        for _ in range(3):
+            here = se2.transform(fit, self._from[:, :2])
+            turn = float(np.median(se2.wrap(self._to[:, 2] - self._from[:, 2] - fit[2])))
+            middle = here.mean(0)
+            spun = se2.transform(np.array([0.0, 0.0, turn]), here - middle) + middle
+            by = np.median(self._to[:, :2] - spun, axis=0)
+            c = middle + by - se2.transform(np.array([0.0, 0.0, turn]), middle)
+            fit = se2.compose(np.array([*c, turn]), fit)
+        return fit
+
     def turn(self, point: np.ndarray) -> float:
         """By how much directions at a point (2,) turn [rad]."""
         if not self.known:

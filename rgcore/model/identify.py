@@ -84,6 +84,10 @@ class Matcher:
         """What a thing of the old map is recognised by, where it lies in the new one."""
         return _outline(item, self._move)
 
+    def outline_now(self, item: Record) -> Any:
+        """The same of a thing of the new map."""
+        return _outline(item, _stay)
+
     def bounds(self, item: Record, moved: bool = True) -> np.ndarray:
         """Lowest and highest coordinates (2, 2) of a thing of the old map, or of the new one, in the new one."""
         shape = _outline(item, self._move if moved else _stay)
@@ -111,6 +115,18 @@ def match(old: RGMap, new: RGMap, ids: Iterable[str], move: Move = lambda points
 def beside(one: np.ndarray, other: np.ndarray) -> float:
     """How far a line (2, 2) lies beside another one [m], over what they have in common."""
     return float(_common(one, other[None])[1][0])
+
+
+def common_spans(one: np.ndarray, others: np.ndarray, aside: float) -> np.ndarray:
+    """(K, 2) [m] stretches along a line (2, 2) that those of others (N, 2, 2) cover that lie within ``aside`` of it."""
+    if not len(others):
+        return np.zeros((0, 2))
+    common, off, _ = _common(one, others)
+    d = one[1] - one[0]
+    length = float(np.hypot(*d))
+    on = (common > 0) & (off < aside)
+    along = (others[on] - one[0]) @ (d / length)
+    return np.stack([np.maximum(along.min(1), 0.0), np.minimum(along.max(1), length)], 1)
 
 
 def _stay(points: np.ndarray) -> np.ndarray:

@@ -41,6 +41,7 @@ class Project:
     path, name  the folder, and what the project is called
     run_name, run_info, trajectory   of the current run
     kept        edits of earlier runs that are not in its journal: they wait, or there was nothing left to do
+    outcomes    what became of the edits in the run that was accepted last through this object
     read_only   another process holds it (``holder`` says who), or its folder cannot be written
     notes       what was found unusual when it was opened, a line each
     """
@@ -49,6 +50,7 @@ class Project:
         """Use ``create`` or ``open``."""
         self.path = path
         self._lock, self._mutex = lock, threading.RLock()
+        self.outcomes: tuple[Outcome, ...] = ()
         self._load()
 
     @classmethod
@@ -208,6 +210,7 @@ class Project:
             folder.add_run(self.path, plan.run, entries, kept)
             self._journal.close()
             self._load()
+            self.outcomes = tuple(plan.outcomes)
             return self.conflicts
 
     def close(self) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -132,8 +133,8 @@ def _held(project: Project, run: Run) -> list[tuple[Source, Done]]:
         where = project.path / "runs" / outcome.run
         if outcome.run not in found:
             try:
-                history, _ = replay(folder.read_base(where), Journal(where / "edits.jsonl").entries)
-                trajectory, sha256 = folder.read_trajectory(where), folder.read_info(where).sha256
+                history, trajectory = read_run(where)
+                sha256 = folder.read_info(where).sha256
             except ProjectError:  # the folder of that run was removed
                 history, trajectory, sha256 = History.of(RGMap()), _nowhere(), ""
             found[outcome.run] = _source(outcome.run, history, None, trajectory, sha256, run)
@@ -141,6 +142,12 @@ def _held(project: Project, run: Run) -> list[tuple[Source, Done]]:
         patch = next((d.patch for d in source.history.done if d.entry.number == outcome.entry.number), ())
         out.append((source, Done(outcome.entry, outcome.title, patch)))
     return out
+
+
+def read_run(where: Path) -> tuple[History, Trajectory]:
+    """What a run's folder holds, without opening the project: edits included. Raises ProjectError."""
+    history, _ = replay(folder.read_base(where), Journal(where / "edits.jsonl").entries)
+    return history, folder.read_trajectory(where)
 
 
 def _source(
