@@ -24,6 +24,8 @@ from rgcore.model.records import Region, RGMap
 
 LARGEST = 3
 """Regions that are shown before and after."""
+ENOUGH = 20
+"""Scans: fewer taken in a region are not enough evidence of how true it is (one glimpse agrees with itself)."""
 CELL = 0.05
 """m, of the occupancy grid that the map is compared with"""
 AGAIN = "This run was made by an older version, which kept no segments; map the log again for what is missing here."
@@ -217,6 +219,23 @@ def fit(difference: np.ndarray, m: RGMap) -> Fit:
     return Fit(len(off), median, *(float(x.mean()) for x in (off <= 0.05, off <= 0.1, ~found)))
 
 
+def fits(project: Project) -> tuple[Fit | None, dict[str, Fit | None]]:
+    """How readings agree with the corrected map, for the building and by region; None: not enough evidence.
+
+    That are fewer than ``ENOUGH`` scans taken there. Raises ProjectError where a file of the run is damaged.
+    """
+    m = project.map
+    difference, scan = differences(project, project.segments)
+    regions = list(m.regions.values())
+    where = locate([polygon(r.boundary, r.holes) for r in regions], project.trajectory.map_from_base[:, :2])
+    own = {r.id: _known(fit(difference[where[scan] == i], m), int((where == i).sum())) for i, r in enumerate(regions)}
+    return _known(fit(difference, m), m.stats.scans), own
+
+
+def _known(found: Fit, scans: int) -> Fit | None:
+    return found if scans >= ENOUGH and found.echoes else None
+
+
 def _accuracy(
     m: RGMap, regions: list[Region], where: np.ndarray, difference: np.ndarray, scan_of_echo: np.ndarray
 ) -> str:
@@ -227,12 +246,15 @@ def _accuracy(
 
     rows = [row("building", m.stats.accuracy, fit(difference, m))]
     here = where[scan_of_echo]
-    rows += [row(_named(r), r.accuracy, fit(difference[here == i], m)) for i, r in enumerate(regions)]
+    for i, r in enumerate(regions):
+        enough = int((where == i).sum()) >= ENOUGH
+        rows.append(row(_named(r), r.accuracy if enough else None, fit(difference[(here == i) & enough], m)))
     p = _metres(m.stats.accuracy_penalty)
     caption = (
         f"Table III. Accuracy by back-projection. acc(R): root mean square over scans, each reading that no line "
         f"predicts within {p} costs {p}, over all readings of the run. Median and shares are those of the map as it "
-        "stands here, with its corrections, over the readings of a sample of the scans."
+        "stands here, with its corrections, over the readings of a sample of the scans; "
+        f"regions with fewer than {ENOUGH} scans are no evidence."
     )
     heads = ("", "acc(R)", "readings", "median", "within 5 cm", "within 10 cm", "missed")
     return page.table("accuracy", caption, heads, rows, sums=1)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rgcore.config import Config
-from rgcore.exports.report import report
+from rgcore.exports.report import ENOUGH, fits, report
 from rgcore.model.edits import RenameRegion
 from rgcore.model.project import Project
 from rgcore.scans.read import read_log
@@ -161,3 +161,16 @@ def test_opens_in_a_browser_without_a_request_to_elsewhere(text, tmp_path):
     assert errors == []
     assert drawings >= 4
     assert wide <= 1100
+
+
+def test_what_is_measured_is_honest_about_too_few_scans(project):
+    whole, own = fits(project)
+    assert whole is not None
+    assert 0 <= whole.within_5 <= whole.within_10 <= 1 - whole.missed + 1e-9
+    assert whole.median < 0.05
+    scans = {r.id: r.scans for r in project.map.regions.values()}
+    assert any(f is not None for f in own.values())
+    assert all(own[k] is None for k, n in scans.items() if n < ENOUGH)
+    f = figures(project)
+    assert f["fit"]["within_10_cm"] == pytest.approx(whole.within_10, abs=1e-4)
+    assert [r["fit"] is None for r in f["regions"]] == [own[r["id"]] is None for r in f["regions"]]
