@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from rgcore.geometry.compiled import kernel
 from rgcore.slam.small import between
 
 LIES = 0.01
@@ -64,24 +65,39 @@ class Motion:
         self.lying = LIES + (STILL_LIES - LIES) * lied
         if math.hypot(told[0], told[1]) < MOVES[0] and abs(told[2]) < MOVES[1]:
             return
-        off, deviation = between(told, moved), self.deviation(told)
-        chi = known = 0.0
-        for i in range(3):
-            variance = deviation[i] ** 2
-            known += variance / (variance + seen[i])
-            chi += off[i] ** 2 / (variance + seen[i])
+        chi, known = _tested(between(told, moved), self.deviation(told), seen)
         if known > 1.5:
             step = LEARNS * (WITHIN if chi * 3.0 / known > QUANTILE else WITHIN - 1.0)
             self.scale = min(max(self.scale * math.exp(step), SCALES[0]), SCALES[1])
 
     def _densities(self, moved: np.ndarray, told: np.ndarray, steady: np.ndarray) -> tuple[float, float]:
         """Of the motion, by odometry and by steadiness, with the odds of each."""
-        near, wide = self.deviation(told), motion_deviation(steady, self.noise) + STEADY
-        a, b = between(told, moved), between(steady, moved)
-        chi = chi_steady = 0.0
-        ratio = 1.0
-        for i in range(3):
-            chi += (a[i] / near[i]) ** 2
-            chi_steady += (b[i] / wide[i]) ** 2
-            ratio *= min(1.0, near[i] / wide[i])
-        return (1.0 - self.lying) * math.exp(-0.5 * chi), self.lying * ratio * math.exp(-0.5 * chi_steady)
+        wide = motion_deviation(steady, self.noise) + STEADY
+        densities: tuple[float, float] = _densities(
+            between(told, moved), self.deviation(told), between(steady, moved), wide, self.lying
+        )
+        return densities
+
+
+@kernel
+def _tested(off, deviation, seen):  # type: ignore[no-untyped-def]
+    """Chi squared of what odometry was off by, and of how many directions (0..3) the scan could tell."""
+    chi, known = 0.0, 0.0
+    for i in range(3):
+        variance = deviation[i] ** 2
+        known += variance / (variance + seen[i])
+        chi += off[i] ** 2 / (variance + seen[i])
+    return chi, known
+
+
+@kernel
+def _densities(off, near, unsteady, wide, lying):  # type: ignore[no-untyped-def]
+    """Of a motion ``off`` (3,) from what odometry told, give or take ``near`` (3,), and ``unsteady`` (3,), give or take
+    ``wide`` (3,); with the odds of each.
+    """
+    chi, steady, ratio = 0.0, 0.0, 1.0
+    for i in range(3):
+        chi += (off[i] / near[i]) ** 2
+        steady += (unsteady[i] / wide[i]) ** 2
+        ratio *= min(1.0, near[i] / wide[i])
+    return (1.0 - lying) * np.exp(-0.5 * chi), lying * ratio * np.exp(-0.5 * steady)

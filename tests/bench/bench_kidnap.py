@@ -1,6 +1,6 @@
 """Robots that are carried away, and odometry that jumps: what is told, and is the rest of the drive found again?
 
-    python tests/bench/bench_kidnap.py [NAME ...]
+    python tests/bench/bench_kidnap.py [-v] [--seed=7] [--kidnaps=20] [NAME ...]
 
 The robot drives, is carried to any other place of its log, and drives on; its odometry knows nothing of that. Told: a
 break within 2 m of way; known: most of what follows had been driven before. Right, wrong: the part after it was joined
@@ -25,12 +25,12 @@ from rgcore.slam.lrgc import Lrgc
 
 DATA = Path(__file__).parents[2] / "../shared/data"
 RUNS = ("office", "lab-f-scan-plain", "school-Sabadell1-furnished")
-KIDNAPS = 20
+SEED, KIDNAPS = 7, 20
 BEFORE, AFTER = 500, 200
 WRONG = (0.5, 0.2)
 
 
-def main(wanted: list[str]) -> None:
+def main(wanted: list[str], seed: int, kidnaps: int) -> None:
     from rgviz.demo import LOG
 
     print(
@@ -43,13 +43,13 @@ def main(wanted: list[str]) -> None:
         log = read_log(path)
         t = np.loadtxt(path.with_name(f"{name}.poses.tum"))
         true = np.column_stack([t[:, 1:3], 2.0 * np.arctan2(t[:, 6], t[:, 7])])
-        began, chance, counts = time.process_time(), np.random.default_rng(7), dict.fromkeys(NAMES, 0)
-        for _ in range(KIDNAPS):
+        began, chance, counts = time.process_time(), np.random.default_rng(seed), dict.fromkeys(NAMES, 0)
+        for _ in range(kidnaps):
             start, goal = int(chance.integers(BEFORE, len(log))), int(chance.integers(0, len(log) - AFTER))
             for outcome in kidnap(log, true, start, goal):
                 counts[outcome] += 1
         figures = "".join(f"{counts[n]:{w}d}" for n, w in zip(NAMES, (6, 6, 6, 6, 8, 7, 6), strict=True))
-        print(f"{name:34}{KIDNAPS:8d}{figures}{time.process_time() - began:7.1f}", flush=True)
+        print(f"{name:34}{kidnaps:8d}{figures}{time.process_time() - began:7.1f}", flush=True)
 
 
 NAMES = ("told", "known", "right", "wrong", "unmoved", "silent", "false")
@@ -90,4 +90,6 @@ def known(before: np.ndarray, after: np.ndarray) -> bool:
 
 
 if __name__ == "__main__":
-    main([a for a in sys.argv[1:] if a != "-v"])
+    given = {"seed": SEED, "kidnaps": KIDNAPS}
+    given |= {k: int(v) for k, v in (a[2:].split("=") for a in sys.argv[1:] if a.startswith("--"))}
+    main([a for a in sys.argv[1:] if not a.startswith("-")], **given)
