@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,7 +12,7 @@ from rgcore.model.edits_gateways import ClassifyGateway, RenameGateway
 from rgcore.model.edits_objects import ConfirmObject, LabelObject
 from rgcore.model.edits_regions import AddRegion, ClassifyRegion, RenameRegion
 from rgcore.model.history import Change, Done, History
-from rgcore.model.identify import CLEAR, TABLES
+from rgcore.model.identify import CLEAR, REACH, TABLES
 from rgcore.model.records import Gateway, MapObject, Region
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 FOUND = {"lines": 0.6, "regions": 0.75, "gateways": 0.7, "objects": 0.6}
 """Score from which on an automatic thing of the new map is what a person made."""
-TRACE = {"lines": 0.05, "regions": 0.2, "gateways": 0.2, "objects": 0.05}
+TRACE = {"lines": 0.05, "regions": 0.2, "gateways": 0.2}
 """Score from which on a thing that a person took away may be there still."""
 
 
@@ -51,9 +52,17 @@ def already(source: Source, done: Done, after: History, only_new: bool = False) 
             return None
         ids[c.id] = found
     for c in (c for c in changes if c.after is None):
-        if any(id not in ids.values() for id, _ in source.matcher.candidates(c.before, TRACE[c.kind])):
+        if any(id not in ids.values() for id in _traces(source, c)):
             return None
     return Already(ids, _named(edit, made, ids, after))
+
+
+def _traces(source: Source, change: Change) -> list[str]:
+    """The things of the new map that may be what a person took away."""
+    if isinstance(change.before, MapObject):
+        x, y = source.matcher.outline(change.before)[:2]
+        return [o.id for o in source.matcher.new.objects.values() if math.dist((x, y), o.center[:2]) < REACH]
+    return [id for id, _ in source.matcher.candidates(change.before, TRACE[change.kind])]
 
 
 def _shaping(changes: list[Change]) -> bool:

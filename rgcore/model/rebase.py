@@ -124,10 +124,12 @@ class _Rebase:
         part, rest, why = doubtful_parts(edit, source)
         if rest is not None:
             left = Done(msgspec.structs.replace(done.entry, edit=rest), done.title, done.patch)
-            if part is None:
+            here = ids_of(rest) <= source.ids.keys()  # all are there, but look other than when they were confirmed
+            if part is None and not here:
                 return self._one(source, left, rest)
-            self._one(source, Done(done.entry, done.title, done.patch), part, why)
-            return self._wait(source, left, "stale", why)
+            if part is not None:
+                self._one(source, done, part, why)
+            return self._wait(source, left, "conflict" if here else "stale", why)
         self._one(source, done, part or edit, why)
 
     def _one(self, source: Source, done: Done, edit: AnyEdit, note: str = "") -> None:

@@ -2,10 +2,13 @@
 
     python tests/bench/bench_rebase.py [LOG ...] [--edits 100] [--seeds 1] [--maps FOLDER] [--show]
 
-Every edit that was carried is judged by geometry that knows nothing of the matcher: a place of the old map lies in the new
-one where the scans that saw it lie; a thing is the same if most of it lies on most of the other. ``right``: carried, and
-so judged; ``asked``: left to a person although its things are there, or made and told to lie elsewhere; ``gone``: left to a person, and its things are not
-there any more; ``wrong``: carried to another thing, made at another place or of another shape. Wrong must be none.
+Every edit that was carried is judged by geometry that knows nothing of the matcher: a place of the old map lies in the
+new one where the scans that saw it lie; a thing is the same if most of it lies on most of the other.
+
+right  carried, and so judged
+asked  left to a person although its things are there, or made and told to lie elsewhere than the poses say
+gone   left to a person, and its things are not there any more
+wrong  carried to another thing, made at another place or of another shape, and not told: must be none
 """
 
 from __future__ import annotations
@@ -158,21 +161,16 @@ class Judge:
         return "right" if ok else "wrong"
 
     def same(self, o: Outcome, done: Done) -> bool:
-        assert o.entry.edit is not None and o.edit is not None
+        assert o.entry.edit is not None
+        assert o.edit is not None
         part = ids_of(o.entry.edit)
         olds = [t for id in part if (t := thing(self.old, id)) is not None]
         news = [t for id in ids_of(o.edit) if (t := thing(self.new, id)) is not None]
-        for n in news:
-            if not any(self.alike([a], [n], one_way=isinstance(n, Line)) for a in olds):
-                # or it is one that the new map made by itself of a thing that a person had made
-                if not any(
-                    self.alike([c.after], [n])
-                    for d in self.done.values()
-                    for c in d.patch
-                    if is_human_id(c.id) and c.id in part and c.after is not None and type(c.after) is type(n)
-                ):
-                    self.why = f"[{n.id} is none of {sorted(part)}]"
-                    return False
+        made = [c.after for d in self.done.values() for c in d.patch if is_human_id(c.id) and c.id in part]
+        for n in news:  # or it is one that the new map made by itself of what a person had made
+            if not any(self.alike([a], [n], one_way=isinstance(n, Line)) for a in (*olds, *made)):
+                self.why = f"[{n.id} is none of {sorted(part)}]"
+                return False
         for a in olds:
             on = [n for n in news if type(n) is type(a)]
             if isinstance(a, Line) and o.kind == "applied" and not self.alike([a], on, covered=True):
@@ -186,15 +184,13 @@ class Judge:
 
     def shaped(self, done: Done, o: Outcome) -> bool:
         """Whether the regions that the edit made or changed are of the same shape in the end."""
-        for d in self.made.values():
-            if d.entry.edit == o.edit:
-                after = {c.id: c for c in d.patch if c.kind == "regions"}
-                for c in done.patch:
-                    n = after.get(c.id)
-                    if c.kind == "regions" and is_human_id(c.id) and c.after is not None and n is not None:
-                        if not self.alike([c.after], [n.after]):
-                            self.why = f"[{c.id} has another shape]"
-                            return False
+        after = {c.id: c for d in self.made.values() if d.entry.edit == o.edit for c in d.patch if c.kind == "regions"}
+        for c in done.patch:
+            n = after.get(c.id)
+            made = c.kind == "regions" and is_human_id(c.id) and c.after is not None
+            if made and n is not None and not self.alike([c.after], [n.after]):
+                self.why = f"[{c.id} has another shape]"
+                return False
         return True
 
     def holds(self, done: Done, edit: Any) -> bool:
@@ -215,9 +211,8 @@ class Judge:
         return True
 
     def is_there(self, item: Any) -> bool:
-        table = {Line: self.new.lines, Region: self.new.regions, Gateway: self.new.gateways}.get(type(item))
-        table = self.new.objects if table is None else table
-        return any(self.alike([item], [n]) for n in table.values())
+        kinds = {Line: "lines", Region: "regions", Gateway: "gateways", MapObject: "objects"}
+        return any(self.alike([item], [n]) for n in getattr(self.new, kinds[type(item)]).values())  # type: ignore[index]
 
     def alike(self, olds: list[Any], news: list[Any], one_way: bool = False, covered: bool = False) -> bool:
         if not news:
@@ -235,11 +230,13 @@ class Judge:
             return _covers(self.move(p, seen=False), np.concatenate([inside(n) for n in news]), 0.25, 0.5, 0.5)
         p, u = along(a)
         q, v = (np.concatenate(x) for x in zip(*(along(n) for n in news), strict=True))
-        moved, ahead = self.move(p), self.move(p + 0.1 * u)
-        w = (ahead - moved) / 0.1
-        return _covers(
-            np.hstack([moved, w * 0.5]), np.hstack([q, v * 0.5]), 0.25, 0.0 if one_way else 0.4, 0.0 if covered else 0.5
+        near = self._echo_scan[self._echoes.query(p, k=5)[1]]
+        turn = np.median(self._motion[near, 2], 1)
+        w = np.stack(
+            [np.cos(turn) * u[:, 0] - np.sin(turn) * u[:, 1], np.sin(turn) * u[:, 0] + np.cos(turn) * u[:, 1]], 1
         )
+        old, new = np.hstack([self.move(p), w * 0.5]), np.hstack([q, v * 0.5])
+        return _covers(old, new, 0.25, 0.0 if one_way else 0.4, 0.0 if covered else 0.5)
 
 
 def _covers(a: np.ndarray, b: np.ndarray, near: float, least_a: float, least_b: float) -> bool:
