@@ -48,10 +48,10 @@ $(VENV)/.dev: pyproject.toml | $(VENV)/bin/python
 	$(VENV)/bin/rgviz compile
 	@touch $@
 
-# The picture in the README, made by the project itself.
+# The pictures in README and docs, made by the project itself.
 picture: $(VENV)/.dev
 	@sh tests/browser/chromium.sh
-	$(PY) tests/browser/picture.py docs/view.png
+	$(PY) tests/browser/picture.py docs
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis out

@@ -1,6 +1,6 @@
-"""The picture in the README: the demo building in the real app, photographed by the browser suite's own hand.
+"""The pictures of README and walk-throughs: the demo building in the real app, by the hand of the browser suite.
 
-python tests/browser/picture.py docs/view.png
+python tests/browser/picture.py docs
 """
 
 from __future__ import annotations
@@ -14,13 +14,15 @@ from pilot import FLAGS, Pilot, chromium
 from playwright.sync_api import sync_playwright
 
 from rgcore.config import Config
+from rgcore.model.records import Region
 from rgcore.scans.read import read_log
 from rgviz.app import App
 from rgviz.demo import LOG
 from rgviz.mapping import map_into
 
 
-def main(out: Path) -> None:
+def main(docs: Path) -> None:
+    (docs / "pictures").mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, sync_playwright() as p:
         path = Path(folder) / "office.rg"
         map_into(path, read_log(LOG), Config()).close()
@@ -28,16 +30,64 @@ def main(out: Path) -> None:
         app = App(port=0)
         try:
             app.open_project(path)
-            pilot = Pilot(browser, app.url, size=(1480, 860))
-            room = min(app.map.regions.values(), key=lambda r: abs(r.box.size[0] * r.box.size[1] - 15))
-            pilot.click(*(np.mean(room.boundary, 0)))
-            pilot.see("Robot box")
-            pilot.page.wait_for_timeout(500)
-            pilot.frames(3)
-            pilot.page.screenshot(path=str(out))
+            _photograph(app, Pilot(browser, app.url, size=(1480, 860)), docs)
         finally:
             app.stop()
             browser.close()
+
+
+def _photograph(app: App, pilot: Pilot, docs: Path) -> None:
+    def shot(name: str) -> None:
+        pilot.page.wait_for_timeout(600)
+        pilot.frames(3)
+        pilot.page.screenshot(path=str(docs / name))
+
+    def tab(name: str) -> None:
+        pilot.page.locator(f'.tabs button[data-arg="{name}"]').click()
+
+    room = min(app.map.regions.values(), key=lambda r: abs(r.box.size[0] * r.box.size[1] - 15))
+    pilot.click(*_middle(room))
+    pilot.see("Robot box")
+    shot("view.png")
+
+    tab("Review")
+    pilot.key("u")
+    pilot.see("to check:")
+    shot("pictures/review.png")
+
+    pilot.key("c")
+    tab("Find")
+    pilot.type_into("Search", "class:TOMA area>12")
+    pilot.see("select all found")
+    shot("pictures/find.png")
+
+    view = next(iter(app.views.values()))
+    app.worker.post(view.go_to, [room.id])
+    pilot.see("Robot box")
+    pilot.page.wait_for_timeout(800)  # the camera goes there
+    pilot.key("x")
+    pilot.see("Drag a line across it")
+    (x, y), (along, _) = _middle(room), room.box.size
+    pilot.page.mouse.move(*pilot.at(x - along / 3, y))
+    pilot.page.mouse.down()
+    pilot.page.mouse.move(*pilot.at(x + along / 3, y), steps=6)
+    shot("pictures/split.png")
+    pilot.page.mouse.up()
+    pilot.key("Escape")
+    tab("History")
+    pilot.key("f")
+    shot("pictures/history.png")
+
+    tab("Map")
+    pilot.button("Dark").click()
+    pilot.key("Escape")
+    pilot.key("v")
+    shot("pictures/solid.png")
+
+
+def _middle(room: Region) -> tuple[float, float]:
+    x, y = np.mean(room.boundary, 0)
+    return float(x), float(y)
 
 
 if __name__ == "__main__":
