@@ -77,7 +77,7 @@ class Hands:
         kept = self.tool.kept(self.view.map)
         if kept is None:
             self.view.tell("Put away", f"{self.tool.title or 'What you held'}: it is not in the map any more.")
-        self.take(kept)
+        self.take(None if kept is None else kept.selected(self.view.selection))
 
     def ask(self, question: Question, value: str = "") -> None:
         """A line of text, at a place of the map."""
