@@ -128,7 +128,7 @@ class _Rebase:
             if part is None and not here:
                 return self._one(source, left, rest)
             if part is not None:
-                self._one(source, done, part, why)
+                self._one(source, done, part)
             return self._wait(source, left, "conflict" if here else "stale", why)
         self._one(source, done, part or edit, why)
 

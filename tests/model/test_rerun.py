@@ -167,7 +167,7 @@ def test_several_are_carried_as_far_as_they_go_and_the_rest_waits(project: Proje
     assert project.map.regions["r2"].class_ == "lab"
     assert project.map.regions["r1"].provenance.confirmed
     assert [o.entry.edit for o in waits] == [Several(name="make labs", edits=both[1:]), Confirm(items=("g2",))]
-    assert [o.kind for o in project.outcomes] == ["shifted", "stale", "shifted", "stale"]
+    assert [o.kind for o in project.outcomes] == ["applied", "stale", "applied", "stale"]
 
 
 def test_a_thing_that_was_confirmed_and_looks_other_is_to_be_looked_at_again(project: Project, office: RGMap) -> None:
