@@ -42,8 +42,9 @@ FEW = 20
 """Scans: regions that fewer saw take the setting that is best for the whole map."""
 FACTORS = 2.0 ** np.linspace(-2.0, 2.0, 33)
 """On the price of lines, until the regions' choice is better than the single setting in lines and in accuracy."""
-_SEGMENTS = 15_000  # of longer logs every second, third, ... scan is merged for the trial
+_SEGMENTS = 20_000  # of longer logs every second, third, ... scan is merged for the trial
 _SURE = 0.995  # of the lines and of the error of the single setting: what is less is less on all scans, too
+_CLEAR = 0.03  # of its cost a region must gain to leave the single setting: less is chance
 _BEFORE = 0.15  # m before an echo: there lies the region that it is of
 _MOST = {"distance": 1.0, "gap": 5.0, "ratio": 2.0}  # what the settings allow
 
@@ -133,7 +134,7 @@ class _Trial:
     ) -> None:
         self.trajectory, self.regions, self.region_at, self.penalty = trajectory, regions, region_at, accuracy.penalty
         some = segments.scan % max(1, -(-len(segments) // _SEGMENTS)) == 0
-        self.segments, self.region = segments[some], region[some]
+        self.segments, self.region, self.all = segments[some], region[some], len(segments)
         self.sights, scans, self.step = sights_of(log, trajectory, accuracy.max_range, settings.sample)
         ranges = self.sights.ranges
         self.usable = ranges > 0
@@ -152,7 +153,7 @@ class _Trial:
     def outcome(self, s: LineSettings) -> _Outcome:
         """The map that one setting for all regions gives."""
         merged, _ = merge_lines(self.segments, self.trajectory, self.region, s)
-        ends, of = finished(self.sights, merged.ends, s.price / self.step, len(self.segments), s.corner)
+        ends, of = finished(self.sights, merged.ends, s.price / self.step, int(self.all / s.reduction), s.corner)
         self.sights.clear()
         self.sights.add(ends)
         own = np.append(merged.region, -1)[np.minimum(of, len(merged))]
@@ -182,7 +183,9 @@ def _choose(rungs: _Outcome, single: int, judged: np.ndarray, price: float) -> n
     r, best, least = np.arange(len(judged)), np.full(len(judged), single), np.inf
     lines, squares = (_SURE * c[single].sum() for c in (rungs.lines, rungs.squares))
     for factor in FACTORS:
-        pick = np.where(judged, (rungs.cost + factor * price * rungs.lines).argmin(0), single)
+        total = rungs.cost + factor * price * rungs.lines
+        clear = total.min(0) < (1.0 - _CLEAR) * total[single]
+        pick = np.where(judged & clear, total.argmin(0), single)
         count, cost = rungs.lines[pick, r].sum(), rungs.cost[pick, r].sum()
         if count <= lines and rungs.squares[pick, r].sum() <= squares and cost + price * count < least:
             best, least = pick, cost + price * count
