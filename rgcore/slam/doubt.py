@@ -48,9 +48,9 @@ class Doubt:
         """
         return bool(np.abs(off).max() > SURPRISE and self._contradicted(surface, ranges, pose) > self._bound)
 
-    def unclear(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray) -> bool:
-        """Whether a scan at ``pose`` (3,) contradicts anything much."""
-        return self._contradicted(surface, ranges, pose) > CLEAR
+    def unclear(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray, off: np.ndarray) -> bool:
+        """Whether a scan at ``pose`` (3,), ``off`` (3,) deviations from where odometry says, contradicts anything."""
+        return bool(np.abs(off).max() > SURPRISE or self._contradicted(surface, ranges, pose) > CLEAR)
 
     def learn(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray) -> None:
         """A scan that is going to be a keyframe."""

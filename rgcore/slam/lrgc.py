@@ -36,7 +36,7 @@ WIDEST = np.array([1.5, 1.5, 1.0])
 """[m, m, rad] deviation of odometry beyond which nothing is sought."""
 GAP = (0.6, 0.6)
 """[m, rad] a break in a longer step may be one for want of overlap alone: odometry still says about where to look."""
-PATIENT, PATIENCE = 5, (0.5, 0.5)
+PATIENT, PATIENCE = 2, (0.5, 0.5)
 """Scans in a row that wait to be placed, over so much way and turn [m, rad], before a break is told."""
 BREAK_SCALE = 1.0
 """Chi squared at which what odometry says of a break begins to lose its weight: at once."""
@@ -128,7 +128,7 @@ class Lrgc:
         if self.doubt.worth_a_look(match.share) or not near or waiting:
             off = between(step, moved) / self.motion.deviation(step)
             sure = sure and not (self.has_odometry and self.doubt.startling(scan, ranges, match.pose, off))
-            sure = sure and not (waiting and self.doubt.unclear(scan, ranges, match.pose))
+            sure = sure and not (waiting and self.doubt.unclear(scan, ranges, match.pose, off))
         if not sure and patient and self._may_wait(step):
             guess = chain(last, step)
             self._since, self.match = since, unmatched(self._map, guess)

@@ -86,7 +86,8 @@ def track(
         if peak is not None:
             again = register(scan, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, s.reach)
             best = max(best, _judge(frames, on, scan, ranges, step, motion, again), key=lambda j: j.evidence)
-    return best.match, best.agreement >= s.least_agreement
+    slipped = step.measured and motion.surprise(between(step.last, best.match.pose), step.told, step.steady) > SLIP
+    return best.match, best.agreement >= (DOUBT if slipped else s.least_agreement)
 
 
 def _unusual(told: np.ndarray, moved: np.ndarray, deviation: np.ndarray) -> bool:
