@@ -12,7 +12,6 @@ from rgcore.model.records import Point
 
 Key = tuple[str, int]
 """What an edit is known by for good: the run in whose journal it was made first, and its number there."""
-KINDS = ("applied", "shifted", "conflict", "stale")
 LEAVE: Literal["leave"] = "leave"
 """Choice: an edit that could be made shall wait instead."""
 

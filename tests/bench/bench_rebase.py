@@ -105,6 +105,9 @@ def measure(old: Project, new: Project, edits: int, seed: int, show: bool) -> Co
     drift = Drift(old.trajectory, new.trajectory, same, (old.points, old.point_scans))
     found = rebase(Source(old.run_name, history, drift), new.base)
     judge = Judge(old, new, same, history, found.history)
+    for o in found.outcomes:  # what is left out of several is an outcome of its own
+        if o.waits and o.entry.edit is not None:
+            judge.left[o.key] = ids_of(o.entry.edit)
     count: Counter[str] = Counter()
     for outcome in found.outcomes:
         verdict = judge(outcome)
@@ -134,6 +137,7 @@ class Judge:
         self.done = {d.entry.number: d for d in before.done}
         self.made = {d.entry.number: d for d in after.done}
         self.gone: set[str] = set()
+        self.left: dict[Any, set[str]] = {}
         self.why = ""
 
     def move(self, points: Any, seen: bool = True) -> np.ndarray:
@@ -163,7 +167,7 @@ class Judge:
     def same(self, o: Outcome, done: Done) -> bool:
         assert o.entry.edit is not None
         assert o.edit is not None
-        part = ids_of(o.entry.edit)
+        part = ids_of(o.entry.edit) - self.left.get(o.key, set())
         olds = [t for id in part if (t := thing(self.old, id)) is not None]
         news = [t for id in ids_of(o.edit) if (t := thing(self.new, id)) is not None]
         made = [c.after for d in self.done.values() for c in d.patch if is_human_id(c.id) and c.id in part]
