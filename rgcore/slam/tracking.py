@@ -78,7 +78,7 @@ def track(
         return best.match, True
     field = likelihood_field(on.points) if best.agreement < DOUBT else None
     for turn, rival, slip in ((0.8, 1.0, SLIP), (0.8, 1.0, 0.0), (np.pi, s.rival, 0.0)):
-        if field is None or best.agreement >= (DOUBT if slip else s.least_agreement):
+        if field is None or best.agreement >= (DOUBT if slip else _asked(best, step, motion, s)):
             break
         window = np.append(s.reach + 3.0 * step.deviation[:2], turn)
         cost = MATCHED / len(scan.points) * np.append(0.5 * step.deviation[1:] ** -2.0, slip)
@@ -86,8 +86,14 @@ def track(
         if peak is not None:
             again = register(scan, on, peak.pose, np.linalg.inv(peak.covariance), s.point_noise, s.reach)
             best = max(best, _judge(frames, on, scan, ranges, step, motion, again), key=lambda j: j.evidence)
-    slipped = step.measured and motion.surprise(between(step.last, best.match.pose), step.told, step.steady) > SLIP
-    return best.match, best.agreement >= (DOUBT if slipped else s.least_agreement)
+    return best.match, best.agreement >= _asked(best, step, motion, s)
+
+
+def _asked(answer: _Judged, step: Step, motion: Motion, settings: Slam) -> float:
+    """The agreement from which on an answer is believed: more where odometry does not know of such a motion."""
+    moved = between(step.last, answer.match.pose)
+    slipped = step.measured and motion.surprise(moved, step.told, step.steady) > SLIP
+    return DOUBT if slipped else settings.least_agreement
 
 
 def _unusual(told: np.ndarray, moved: np.ndarray, deviation: np.ndarray) -> bool:
