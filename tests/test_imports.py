@@ -19,7 +19,12 @@ HEAVY = {  # heavy library -> the files that may import it
     "rich": ("rgviz/",),
     "trimesh": ("rgcore/exports/gltf.py",),
     "shapely": ("rgcore/geometry/polygons.py", "rgcore/geometry/cutting.py"),
-    "cv2": ("rgcore/geometry/grid.py", "rgcore/scans/plan_image.py", "rgcore/scans/grid_map.py", "rgcore/exports/nav2.py"),
+    "cv2": (
+        "rgcore/geometry/grid.py",
+        "rgcore/scans/plan_image.py",
+        "rgcore/scans/grid_map.py",
+        "rgcore/exports/nav2.py",
+    ),
     "sklearn": ("rgcore/places/train",),
 }
 MODULES = sorted(p for top in ("rgcore", "rgviz") for p in (ROOT / top).rglob("*.py"))
