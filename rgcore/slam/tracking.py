@@ -90,10 +90,13 @@ def track(
 
 
 def _asked(answer: _Judged, step: Step, motion: Motion, settings: Slam) -> float:
-    """The agreement from which on an answer is believed: more where odometry does not know of such a motion."""
+    """The agreement from which on an answer is believed: more where odometry does not know of such a motion, and none
+    is enough where the scan says less for it than the motion says against it.
+    """
     moved = between(step.last, answer.match.pose)
-    slipped = step.measured and motion.surprise(moved, step.told, step.steady) > SLIP
-    return DOUBT if slipped else settings.least_agreement
+    if not step.measured or motion.surprise(moved, step.told, step.steady) <= SLIP:
+        return settings.least_agreement
+    return DOUBT if answer.evidence > 0.0 else np.inf
 
 
 def _unusual(told: np.ndarray, moved: np.ndarray, deviation: np.ndarray) -> bool:

@@ -96,3 +96,18 @@ def test_breaks_are_kept_and_files_without_them_are_read(tmp_path: Path) -> None
         base_from_laser=kept.base_from_laser,
     )
     assert Trajectory.load(tmp_path / "old.npz").breaks.tolist() == []
+
+
+@pytest.mark.parametrize("which", range(6))
+def test_a_turn_that_the_odometry_missed_is_seen(which: int) -> None:
+    """Look-alike corners fit as well as they do where the robot stands; the likeliest answer counts, not the first."""
+    log, true = OFFICE[:900:8], TRUE[:900:8]
+    steps = se2.relative(log.odom_from_base[:-1], log.odom_from_base[1:])
+    steps[np.argsort(-np.abs(steps[:, 2]))[which]] = 0.0
+    odometry = [log.odom_from_base[0]]
+    for step in steps:
+        odometry.append(se2.compose(odometry[-1], step))
+    trajectory = lrgc(replace(log, odom_from_base=np.array(odometry)), Slam())
+    assert trajectory.breaks.tolist() == []
+    found = se2.relative(trajectory.map_from_base[0], trajectory.map_from_base)
+    assert np.abs(found - se2.relative(true[0], true))[:, :2].max() < 0.1
