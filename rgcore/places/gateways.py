@@ -91,11 +91,29 @@ def crossings(positions: np.ndarray, a: np.ndarray, b: np.ndarray) -> np.ndarray
 
 
 def snap_posts(places: Places, lines: Lines, settings: Settings) -> Places:
-    """Move the posts onto ends of lines (door jambs) that are near, where the width hardly changes by it."""
+    """Move the posts onto ends of lines (door jambs) that are near, where the width hardly changes by it; each
+    gateway-point then lies in its region.
+    """
     ends = lines.ends.reshape(-1, 2)
-    if not len(ends):
-        return places
-    return Places(places.labels, places.regions, tuple(_snapped(g, ends, settings) for g in places.gateways))
+    gateways = tuple(_snapped(g, ends, settings) for g in places.gateways) if len(ends) else places.gateways
+    return Places(places.labels, places.regions, tuple(_inside(g, places.labels) for g in gateways))
+
+
+def _inside(gateway: FoundGateway, labels: Grid) -> FoundGateway:
+    """The gateway with points that lie in its regions: nearer to the crossing where the region is shallow, else where
+    the region is nearest.
+    """
+    middle, points = np.array(gateway.crossing_points[0]), []
+    for region, at in zip(gateway.regions, np.array(gateway.gateway_points), strict=True):
+        tried = middle + np.linspace(1.0, 0.2, 9)[:, None] * (at - middle)
+        good = np.flatnonzero(labels.at(tried, outside=-1) == region)
+        if len(good):
+            points.append(point(tried[good[0]]))
+            continue
+        iy, ix = np.nonzero(labels.values == region)
+        cells = labels.centers(np.stack([ix, iy], 1))
+        points.append(point(cells[np.argmin(((cells - at) ** 2).sum(1))] if len(cells) else at))
+    return msgspec.structs.replace(gateway, gateway_points=tuple(points))
 
 
 def _snapped(gateway: FoundGateway, ends: np.ndarray, settings: Settings) -> FoundGateway:
