@@ -1,4 +1,4 @@
-"""Damage files of every format and read them: ``python tests/bench/fuzz_readers.py [SECONDS_A_READER [READER ...]]``.
+"""Damage files of every format and read them: ``tests/bench/fuzz_readers.py [--seconds S] [--seed N] [READER ...]``.
 
 A reader may read what is left or refuse it in a line. A traceback, a hang of more than ``LONGEST`` seconds or more than
 ``MEMORY`` is a finding; its file is kept in the folder that is printed. Seeds are small files that rgviz makes itself.
@@ -6,6 +6,7 @@ A reader may read what is left or refuse it in a line. A traceback, a hang of mo
 
 from __future__ import annotations
 
+import argparse
 import logging
 import random
 import resource
@@ -20,6 +21,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 
 sys.path += [str(Path(__file__).parents[1] / name) for name in ("scans", "exports")]
@@ -30,8 +32,11 @@ from make_bags import Bag, drive
 from rgcore.errors import RgError
 from rgcore.exports.formats import export
 from rgcore.exports.readers import read_drawing
+from rgcore.scans.plan import read_plan
+from rgcore.scans.plan_image import read_floor_image
 from rgcore.scans.read import read_log
-from rgviz.demo import LOG
+from rgcore.slam.relations import read_odometry, read_relations
+from rgviz.demo import LOG, PLAN
 
 LONGEST = 10  # s
 MEMORY = 4 << 30  # bytes
@@ -60,6 +65,11 @@ def seeds(folder: Path) -> dict[str, tuple[Path, Path, Read]]:
     drive(Bag()).write(mcap, "mcap")
     (folder / "grid").mkdir()
     export(folder / "grid" / "a.yaml", ROOMS, resolution=0.2)
+    plan, image, relations, odometry = (folder / n for n in ("a.plan.json", "a.png", "a.relations", "odometry.csv"))
+    plan.write_bytes(PLAN.read_bytes())
+    image.write_bytes(cv2.imencode(".png", cv2.imread(str(folder / "grid" / "a.pgm")))[1].tobytes())
+    relations.write_text("".join(f"{k} {k + 1} 0.5 0 0 0 0 0.1\n" for k in range(20)))
+    odometry.write_text("".join(f"{k},0,{k / 2},0,0.1\n" for k in range(20)))
     found: dict[str, tuple[Path, Path, Read]] = {
         "carmen": (folder / "a.log", folder / "a.log", read_log),
         "gzip": (folder / "b.log.gz", folder / "b.log.gz", read_log),
@@ -72,6 +82,10 @@ def seeds(folder: Path) -> dict[str, tuple[Path, Path, Read]]:
         "mcap": (mcap, next(mcap.glob("*.mcap")), read_log),
         "grid-yaml": (folder / "grid/a.yaml", folder / "grid/a.yaml", read_log),
         "grid-image": (folder / "grid/a.yaml", folder / "grid/a.pgm", read_log),
+        "plan": (plan, plan, read_plan),
+        "plan-image": (image, image, lambda p: read_floor_image(p, 0.2)),
+        "relations": (relations, relations, read_relations),
+        "odometry": (odometry, odometry, read_odometry),
     }
     for ending in (".json", ".geojson", ".fg.json", ".dxf", ".osm"):
         export(folder / f"map{ending}", ROOMS)
@@ -107,8 +121,8 @@ def damaged(data: bytes, chance: random.Random) -> bytes:
     return bytes(out)
 
 
-def fuzz(name: str, path: Path, file: Path, read: Read, seconds: float, keep: Path) -> Counter[str]:
-    whole, chance = file.read_bytes(), random.Random(name)
+def fuzz(name: str, path: Path, file: Path, read: Read, seconds: float, seed: int, keep: Path) -> Counter[str]:
+    whole, chance = file.read_bytes(), random.Random(f"{name} {seed}")
     end, count = time.monotonic() + seconds, Counter[str]()
     while time.monotonic() < end:
         data = damaged(whole, chance)
@@ -143,7 +157,11 @@ def _hang(*_: object) -> None:
 
 
 def main() -> None:
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else 10.0
+    asked = argparse.ArgumentParser(description=__doc__)
+    asked.add_argument("--seconds", type=float, default=10.0, help="for each reader (default: 10)")
+    asked.add_argument("--seed", type=int, default=0, help="another one makes other damage (default: 0)")
+    asked.add_argument("readers", nargs="*", help="default: all")
+    args = asked.parse_args()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     signal.signal(signal.SIGALRM, _hang)
     np.seterr(all="ignore")
@@ -151,9 +169,12 @@ def main() -> None:
     folder, keep = Path(tempfile.mkdtemp()), Path(tempfile.mkdtemp(prefix="rgviz-fuzz-"))
     try:
         for name, (path, file, read) in seeds(folder).items():
-            if len(sys.argv) < 3 or name in sys.argv[2:]:
-                count = fuzz(name, path, file, read, seconds, keep)
-                print(f"{name:<12} {sum(count.values()):>7} files  {dict(count.most_common(6))}", flush=True)
+            if not args.readers or name in args.readers:
+                count = fuzz(name, path, file, read, args.seconds, args.seed, keep)
+                peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss >> 10  # of all readers so far
+                print(
+                    f"{name:<12} {sum(count.values()):>7} files {peak:>5} MB  {dict(count.most_common(6))}", flush=True
+                )
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     print(f"findings are in {keep}" if any(keep.iterdir()) else "no findings")
