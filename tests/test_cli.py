@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from rgviz import cli
+from rgviz.cli import making
 from rgviz.demo import LOG, PLAN
 
 
@@ -202,7 +203,7 @@ def test_a_fault_is_one_line_and_a_traceback_only_where_asked_for(
     def fail(*_: object) -> None:
         raise ZeroDivisionError("by\nzero")
 
-    monkeypatch.setattr(cli, "_config", fail)
+    monkeypatch.setattr(making, "config", fail)
     assert cli.main(["config"]) == 1
     out = capsys.readouterr()
     assert out.err.splitlines() == [
@@ -226,7 +227,7 @@ def test_ctrl_c_inside_a_compiled_kernel_is_no_fault(
     def stop(*_: object) -> None:
         raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
 
-    monkeypatch.setattr(cli, "_config", stop)
+    monkeypatch.setattr(making, "config", stop)
     assert cli.main(["config"]) == 130
     assert capsys.readouterr().err == "stopped\n"
 

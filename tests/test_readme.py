@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rgviz.cli import _parser
+from rgviz.cli.arguments import parser
 from rgviz.demo import LOG
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
@@ -24,7 +24,7 @@ def test_the_lines_of_python_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 
 
 def test_the_commands_that_it_names_exist() -> None:
-    known = re.findall(r"^    (\w+)  ", _parser().format_help(), re.M)
+    known = re.findall(r"^    (\w+)  ", parser().format_help(), re.M)
     named = re.findall(r"^    rgviz (\w+)", README, re.M)
     assert named
     assert set(named) <= set(known)

@@ -1,0 +1,7 @@
+"""`python -m rgviz.cli`."""
+
+import sys
+
+from rgviz.cli import main
+
+sys.exit(main())
