@@ -19,7 +19,8 @@ import viser
 
 from rgcore.config import Config
 from rgcore.errors import InputError, ProjectError
-from rgcore.exports.formats import FORMATS, archived
+from rgcore.exports.formats import FORMATS, archived, exported
+from rgcore.exports.options import Exported
 from rgcore.model.doubt import work_list
 from rgcore.model.lint import lint
 from rgcore.model.project import Project
@@ -65,6 +66,8 @@ class App:
         self.doubts = Latest(lambda m: work_list(m, self.findings(m)))
         self.edit_titles = Latest(lambda m: self._edit_titles())
         self.figures: Figures | None = None
+        self._exporting = threading.Lock()
+        self._last_export: tuple[RGMap, str, Exported] | None = None
         self.gate.routes["/help"] = lambda _: File(help_page(static_folder()).encode(), "text/html; charset=utf-8")
         self.server = open_server(self.gate, host, port)
         self.scene = Scene(self.server)
@@ -241,10 +244,22 @@ class App:
         history = () if self.session is None else self.session.project.history.done
         return {d.entry.number: d.title for d in history}
 
+    def exported(self, ending: str) -> Exported:
+        """The map in a format, from any thread: the map of this moment is a value, so no edit disturbs it.
+
+        The last one is kept, for the download and what is told of it ask at the same time. Raises RgError.
+        """
+        with self._exporting:
+            project, last = self.opened.project, self._last_export
+            map_ = project.map
+            if last is None or last[0] is not map_ or last[1] != ending:
+                last = (map_, ending, exported(ending, map_, project.trajectory, stem=self._name))
+                self._last_export = last
+            return last[2]
+
     def _export(self, ending: str, _query: dict[str, str]) -> File:
-        """A download, on a worker thread of the server: the map of this moment is a value, so no edit disturbs it."""
-        project = self.opened.project
-        body, packed = archived(ending, project.map, project.trajectory, stem=self._name)
+        """A download, on a worker thread of the server."""
+        body, packed = archived(ending, self._name, self.exported(ending))
         if packed:
             return File(body, "application/zip", f"{self._name}{ending}.zip")
         return File(body, FORMATS[ending].media_type, f"{self._name}{ending}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
@@ -204,13 +204,21 @@ def guest() -> str:
     )
 
 
-def downloads(name: str, endings: Mapping[str, str]) -> str:
-    """Links to the exports, by ending and title."""
+def downloads(name: str, endings: Mapping[str, str], last: str | None = None, lost: Sequence[str] | None = None) -> str:
+    """Links to the exports, by ending and title; what the ``last`` one could not carry (None: not known yet)."""
     out = ""
     for end, title in endings.items():
         attributes = f'href="/export/map{end}" download="{escape(name)}{end}" title="{escape(title)}"'
-        out += f'<a class="file" {attributes}>{end[1:].upper()}</a>'
-    return wrap(out)
+        out += f'<a class="file" data-do="download" data-arg="{end}" {attributes}>{end[1:].upper()}</a>'
+    if last is None:
+        return wrap(out)
+    file = f"<b>{escape(name)}{last}</b>"
+    if lost is None:
+        return wrap(f"{out}<p>{file} is being written ...</p>")
+    if not lost:
+        return wrap(f"{out}<p>{file} holds the whole map.</p>")
+    rows = "".join(f"<li>{escape(what)}</li>" for what in lost)
+    return wrap(f"{out}<p>{file}, {escape(endings[last])}, does not hold</p><ul class=lost>{rows}</ul>")
 
 
 def scores(values: dict[str, float]) -> str:

@@ -6,7 +6,7 @@
   // ---- buttons: data-do says what, data-arg to what; Python decides whether it may be --------------------------------
   const press = (e) => rg.send({ type: "press", do: e.dataset.do, arg: e.dataset.arg || "" });
   document.addEventListener("click", (e) => {
-    const button = e.target.closest && e.target.closest("button[data-do]");
+    const button = e.target.closest && e.target.closest("button[data-do], a[data-do]");   // a link goes where it leads, too
     if (button) { press(button); button.blur(); }   // keys are for the map again
   });
   document.addEventListener("change", (e) => {
@@ -19,6 +19,12 @@
     const { do: what, arg } = e.target.dataset || {};
     if (what === "strength") fade(arg, Number(e.target.value) / 100);
   });
+
+  handlers.reveal = (m, tries = 10) => {              // what the panel has just got, where it would be below its edge
+    const found = document.querySelector(m.what);
+    if (found) found.scrollIntoView({ block: "nearest" });
+    else if (tries) setTimeout(() => handlers.reveal(m, tries - 1), 25);
+  };
 
   // ---- strength of layers: blended by the graphics card, so that it holds for every kind of material ------------------
   const strength = new Map();                     // by name of the layer's node; absent = full

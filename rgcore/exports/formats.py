@@ -78,12 +78,10 @@ def render(ending: str, map: RGMap, trajectory: Trajectory | None = None, **opti
     return exported(ending, map, trajectory, **options).data
 
 
-def archived(ending: str, map: RGMap, trajectory: Trajectory | None = None, **options: Any) -> tuple[bytes, bool]:
-    """What a browser downloads: the file, or a ZIP of it and those beside it (then True)."""
-    out = exported(ending, map, trajectory, **options)
+def archived(ending: str, stem: str, out: Exported) -> tuple[bytes, bool]:
+    """What a browser downloads of an export: the file, or a ZIP of it and those beside it (then True)."""
     if not out.beside:
         return out.data, False
-    stem = options.get("stem", Options.stem)
     pack = io.BytesIO()
     with zipfile.ZipFile(pack, "w", zipfile.ZIP_DEFLATED) as z:
         for name, data in {ending: out.data, **out.beside}.items():

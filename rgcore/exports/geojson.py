@@ -24,6 +24,7 @@ from rgcore.slam.trajectory import Trajectory
 Geometry = dict[str, Any]
 
 _METRES = "the coordinates are metres of the map frame, not degrees: a georeference would give them"
+_LOST = "crossing-points and gateway-points, the deviations of lines, findings that a person lets stand"
 _CONFORMS = tuple(f"http://www.opengis.net/spec/json-fg-1/1.0/conf/{c}" for c in ("core", "types-schemas"))
 
 
@@ -35,7 +36,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
         geometry = shape if where is None else _moved(shape, lambda xy: to_earth(where, xy))
         rows.append({"type": "Feature", "id": id, "geometry": geometry, "properties": {"kind": kind, **about}})
     head = {"type": "FeatureCollection", "name": options.stem}
-    return Exported(_document(head, rows), lost=() if where is not None else (_METRES,))
+    return Exported(_document(head, rows), lost=(_LOST,) if where is not None else (_METRES, _LOST))
 
 
 def render_fg(map: RGMap, trajectory: Trajectory | None, options: Options) -> Exported:
@@ -57,7 +58,7 @@ def render_fg(map: RGMap, trajectory: Trajectory | None, options: Options) -> Ex
         )
     frame = {"type": "PROJJSON", "value": FRAME}
     head = {"type": "FeatureCollection", "conformsTo": list(_CONFORMS), "coordRefSys": frame}
-    return Exported(_document(head, rows))
+    return Exported(_document(head, rows), lost=(_LOST,))
 
 
 def _features(map: RGMap) -> Iterator[tuple[str, str, Geometry, dict[str, Any]]]:

@@ -28,6 +28,8 @@ _ABOVE_FLOOR = 0.01  # m, so that strip and floor do not flicker through each ot
 _Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 """x stays, z becomes y, y becomes -z."""
 
+_LOST = ("notes, the trajectory, boxes of robot positions, how sure a line is, by whom and when",)
+
 
 def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Exported:
     """The map as GLB; lines are extruded to ``options.wall_height``."""
@@ -51,7 +53,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
     for o in _ordered(map.objects):
         _add(scene, f"object {o.id}", "objects", _UNIT_BOX, OBJECT, _about_object(o), _placed(o))
     data: bytes = export_glb(scene)  # scene.export refuses a map that is still empty
-    return Exported(data)
+    return Exported(data, lost=_LOST)
 
 
 Mesh = tuple[np.ndarray, np.ndarray]

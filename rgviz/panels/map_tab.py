@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 from html import escape
 from typing import TYPE_CHECKING
 
-from rgcore.errors import EditError
+from rgcore.errors import EditError, RgError
 from rgcore.exports.formats import FORMATS
 from rgviz import facts
 from rgviz.layers import LAYERS
@@ -16,6 +17,7 @@ from rgviz.panels.tab import Doer, Tab
 if TYPE_CHECKING:
     from rgviz.view import View
 
+ENDINGS = {k: f.title for k, f in FORMATS.items()}
 VIEWS = (("fit", "Fit"), ("2d", "2D"), ("3d", "3D"))
 
 
@@ -27,11 +29,12 @@ class MapTab(Tab):
         self.shown = {layer.name: layer.shown for layer in LAYERS}
         self.strength = dict.fromkeys(self.shown, 1.0)
         """in (0, 1], what is seen of a layer"""
-        self._following = True
+        self._last: str | None = None
+        self._lost: tuple[str, ...] | None = None
 
     @property
     def doers(self) -> Mapping[str, Doer]:
-        return {"look": self._look, "layer": self._toggle, "strength": self._fade}
+        return {"look": self._look, "layer": self._toggle, "strength": self._fade, "download": self._download}
 
     def build(self) -> None:
         gui = self.parts.gui
@@ -45,8 +48,7 @@ class MapTab(Tab):
             self.parts.html(lambda: self.view.app.legend(self.view.map))
         if self.view.app.session is not None:
             with self.parts.add(gui.add_folder("Download")):
-                endings = {k: f.title for k, f in FORMATS.items()}
-                self.parts.html(lambda: facts.downloads(self.view.app.title, endings))
+                self.parts.html(lambda: facts.downloads(self.view.app.title, ENDINGS, self._last, self._lost))
 
     def set_layer(self, name: str, shown: bool) -> None:
         if self.shown[name] != shown:
@@ -73,6 +75,25 @@ class MapTab(Tab):
             self.strength[name] = min(max(int(percent), 5), 100) / 100
         except ValueError:
             raise EditError("a layer is shown at 5 to 100 percent") from None
+
+    def _download(self, ending: str) -> None:
+        """The browser fetches the file by itself; what that could not carry is told beside it."""
+        if ending not in ENDINGS:
+            raise EditError("there is no such format")
+        self._last, self._lost = ending, None
+        threading.Thread(target=self._write, args=(ending,), daemon=True).start()  # a large map takes seconds
+
+    def _write(self, ending: str) -> None:
+        try:
+            self.view.post(self._written, ending, self.view.app.exported(ending).lost)
+        except RgError as e:
+            self.view.post(self._written, ending, (f"anything: {e}",))
+
+    def _written(self, ending: str, lost: tuple[str, ...]) -> None:
+        if self._last == ending:
+            self._lost = lost
+            self.refresh()
+            self.view.bridge.tell("reveal", what=".lost")
 
     def _known(self, name: str) -> None:
         if name not in self.shown:

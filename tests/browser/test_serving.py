@@ -198,3 +198,17 @@ def test_a_second_server_opens_the_project_read_only(
     p.key("4")
     p.see("Not done")
     p.shot("read-only")
+
+
+def test_a_download_tells_beside_it_what_the_format_could_not_carry(app: App, open_page: Open) -> None:
+    p = open_page(app.url)
+    p.download("DXF")
+    p.see("does not hold")
+    p.see("crossing-points and gateway-points")
+    p.see("class scores, confidence, accuracy")
+    inside = "(e) => { const r = e.getBoundingClientRect(); return r.top > 0 && r.bottom <= innerHeight; }"
+    p.until(lambda: p.page.locator(".lost").evaluate(inside))
+    p.shot("download")
+    p.download("JSON")
+    p.see("holds the whole map")
+    p.gone("class scores, confidence")

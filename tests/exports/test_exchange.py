@@ -46,7 +46,7 @@ def test_gdal_reads_the_features_with_ids_and_classes(tmp_path: Path) -> None:
 
 def test_without_a_georeference_the_export_says_that_it_is_in_metres() -> None:
     assert "metres of the map frame" in exported(".geojson", ROOMS).lost[0]
-    assert exported(".geojson", ROOMS, georeference=BREMEN).lost == ()
+    assert "metres of the map frame" not in " ".join(exported(".geojson", ROOMS, georeference=BREMEN).lost)
 
 
 def test_with_a_georeference_lengths_stay_and_the_origin_lies_where_it_was_put() -> None:

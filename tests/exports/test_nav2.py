@@ -99,7 +99,7 @@ def test_an_empty_map_has_no_grid() -> None:
 
 
 def test_a_download_packs_what_belongs_together() -> None:
-    data, packed = archived(".yaml", ROOMS, stem="office")
+    data, packed = archived(".yaml", "office", exported(".yaml", ROOMS, stem="office"))
     assert packed
     names = zipfile.ZipFile(io.BytesIO(data)).namelist()
     assert sorted(names) == sorted(
