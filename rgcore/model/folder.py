@@ -119,7 +119,7 @@ def claim(path: Path) -> bool:
         path.mkdir(parents=True, exist_ok=True)
         return made
     except OSError as e:
-        raise _unwritable(path, e) from e
+        raise unwritable(path, e) from e
 
 
 def create(path: Path, run: Run) -> None:
@@ -134,7 +134,7 @@ def create(path: Path, run: Run) -> None:
         for name in ("current", "project.toml"):
             (path / name).unlink(missing_ok=True)
         if isinstance(e, OSError):
-            raise _unwritable(path, e) from e
+            raise unwritable(path, e) from e
         raise
 
 
@@ -145,11 +145,16 @@ def _unfinished(path: Path) -> bool:
 
 def add_run(path: Path, run: Run, entries: Sequence[AnyEntry], conflicts: Sequence[Outcome]) -> None:
     """One more run, which becomes the current one. Raises ProjectError; the project is then as it was."""
-    last = max((int(p.name) for p in (path / "runs").iterdir() if p.name.isdigit()), default=0)
     try:
-        _write_run(path, f"{last + 1:04d}", run, entries, conflicts)
+        _write_run(path, next_name(path), run, entries, conflicts)
     except OSError as e:
-        raise _unwritable(path, e) from e
+        raise unwritable(path, e) from e
+
+
+def next_name(path: Path) -> str:
+    """What the next run of a project is called."""
+    last = max((int(p.name) for p in (path / "runs").iterdir() if p.name.isdigit()), default=0)
+    return f"{last + 1:04d}"
 
 
 def _write_run(path: Path, name: str, run: Run, entries: Sequence[AnyEntry], conflicts: Sequence[Outcome]) -> None:
@@ -158,24 +163,39 @@ def _write_run(path: Path, name: str, run: Run, entries: Sequence[AnyEntry], con
     shutil.rmtree(new, ignore_errors=True)
     try:
         new.mkdir(parents=True)
-        points, scans = thinned(run.log, run.trajectory, run.config.slam.max_range)
-        write_file(new / "run.json", _json(_info(run)))
-        write_file(new / "trajectory.npz", _saved(run.trajectory))
-        write_file(new / "points.npz", _npz(points=points, scans=scans))
-        if run.segments is not None:
-            write_file(new / "segments.npz", _npz(**_segments(run)))
-        write_file(new / "base.json", encode_map(run.map))
-        if run.adaptation is not None:
-            write_file(new / "adapt.json", msgspec.json.encode(run.adaptation, order="sorted"))
-        write_file(new / "edits.jsonl", encode_journal(entries))
-        write_file(new / "conflicts.json", _json(list(conflicts)))
+        write_evidence(new, run)
+        write_edits(new, entries, conflicts)
         sync_folder(new)
-        new.rename(path / "runs" / name)
-        sync_folder(path / "runs")
+        make_current(path, new, name)
     except BaseException:
         shutil.rmtree(new, ignore_errors=True)
         raise
+
+
+def make_current(path: Path, new: Path, name: str) -> None:
+    """Give the folder of a run that is written whole its name, and make it the current one. Raises OSError."""
+    new.rename(path / "runs" / name)
+    sync_folder(path / "runs")
     replace_file(path / "current", f"{name}\n".encode())
+
+
+def write_evidence(new: Path, run: Run) -> None:
+    """All that a run's folder holds but for the edits. Raises OSError."""
+    points, scans = thinned(run.log, run.trajectory, run.config.slam.max_range)
+    write_file(new / "run.json", _json(_info(run)))
+    write_file(new / "trajectory.npz", _saved(run.trajectory))
+    write_file(new / "points.npz", _npz(points=points, scans=scans))
+    if run.segments is not None:
+        write_file(new / "segments.npz", _npz(**_segments(run)))
+    write_file(new / "base.json", encode_map(run.map))
+    if run.adaptation is not None:
+        write_file(new / "adapt.json", msgspec.json.encode(run.adaptation, order="sorted"))
+
+
+def write_edits(new: Path, entries: Sequence[AnyEntry], conflicts: Sequence[Outcome]) -> None:
+    """The edits on a run, and those that are not made on it. Raises OSError."""
+    write_file(new / "edits.jsonl", encode_journal(entries))
+    write_file(new / "conflicts.json", _json(list(conflicts)))
 
 
 def _segments(run: Run) -> dict[str, np.ndarray]:
@@ -300,5 +320,6 @@ def _json(value: Any) -> bytes:
     return msgspec.json.format(msgspec.json.encode(value, order="sorted"), indent=1) + b"\n"
 
 
-def _unwritable(path: Path, e: OSError) -> ProjectError:
+def unwritable(path: Path, e: OSError) -> ProjectError:
+    """What to raise where the disk refused."""
     return ProjectError(f"{path}: cannot be written: {e.strerror}; make room or choose another place")

@@ -28,6 +28,7 @@ from rgcore.model.journal import Journal, readable
 from rgcore.model.lock import Holder, Lock
 from rgcore.model.outcome import Choice, Outcome, Remedy
 from rgcore.model.records import RGMap
+from rgcore.model.staged import Staged, accept_staged
 from rgcore.slam.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -207,7 +208,10 @@ class Project:
             if plan.history is not self._history or plan.run_name != self.run_name:
                 raise ProjectError(f"{self.path}: was edited since the new run was looked at; look at it again")
             entries, kept = chosen(plan, choices or {}, self)
-            folder.add_run(self.path, plan.run, entries, kept)
+            if isinstance(plan.run, Staged):
+                accept_staged(self.path, entries, kept)
+            else:
+                folder.add_run(self.path, plan.run, entries, kept)
             self._journal.close()
             self._load()
             self.outcomes = tuple(plan.outcomes)

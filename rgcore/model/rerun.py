@@ -18,6 +18,7 @@ from rgcore.model.journal import Journal
 from rgcore.model.outcome import LEAVE, Choice, Key, Outcome, Remedy
 from rgcore.model.rebase import Rebased, Source, rebase
 from rgcore.model.records import RGMap
+from rgcore.model.staged import Staged
 from rgcore.slam.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -29,13 +30,14 @@ if TYPE_CHECKING:
 class Plan:
     """What would be if ``run`` became the current run; nothing is written.
 
+    run                 the new run, or what waits of it in the project's folder
     run_name, history   the run that the edits come from, and its history when the plan was made
     outcomes            of every edit that stands or waits, in the order in which they are tried
     lost                edits taken back that could no more be made again
     known               whether the runs share scans: without, no edit can be carried
     """
 
-    run: Run
+    run: Run | Staged
     run_name: str
     history: History
     rebased: Rebased
@@ -60,11 +62,15 @@ class Plan:
         return {kind: kinds.count(kind) for kind in ("applied", "shifted", "conflict", "stale")}
 
 
-def plan_rerun(project: Project, run: Run, leave: Collection[Key] = ()) -> Plan:
-    """What would become of the edits of a project on a new run of it. ``leave``: edits that are not to be made."""
-    source = _source(project.run_name, project.history, project, project.trajectory, project.run_info.sha256, run)
-    rebased = rebase(source, run.map, _held(project, run), leave)
-    return Plan(run, project.run_name, project.history, rebased, source.drift.known)
+def plan_rerun(project: Project, run: Run | Staged, leave: Collection[Key] = ()) -> Plan:
+    """What would become of the edits of a project on a new run of it. ``leave``: edits that are not to be made.
+
+    The project may be edited meanwhile by another thread: the plan is that of the history when it was begun.
+    """
+    name, history = project.run_name, project.history
+    source = _source(name, history, project, project.trajectory, project.run_info.sha256, run)
+    rebased = rebase(source, run.map, _held(project, history, run), leave)
+    return Plan(run, name, history, rebased, source.drift.known)
 
 
 def chosen(plan: Plan, choices: Mapping[int, Choice], project: Project) -> tuple[Sequence[AnyEntry], Sequence[Outcome]]:
@@ -122,9 +128,9 @@ def _again(history: History, rebased: Rebased, count: int) -> list[AnyEntry]:
     return again
 
 
-def _held(project: Project, run: Run) -> list[tuple[Source, Done]]:
+def _held(project: Project, history: History, run: Run | Staged) -> list[tuple[Source, Done]]:
     """The edits of earlier runs that are not in the journal and not settled, each with the run that it comes from."""
-    settled = project.history.settled
+    settled = history.settled
     found: dict[str, Source] = {}
     out = []
     for outcome in project.kept:
@@ -151,10 +157,11 @@ def read_run(where: Path) -> tuple[History, Trajectory]:
 
 
 def _source(
-    name: str, history: History, project: Project | None, trajectory: Trajectory, sha256: str, run: Run
+    name: str, history: History, project: Project | None, trajectory: Trajectory, sha256: str, run: Run | Staged
 ) -> Source:
     echoes = None if project is None else (project.points, project.point_scans)
-    return Source(name, history, Drift(trajectory, run.trajectory, sha256 == run.log.sha256, echoes))
+    log = run.info if isinstance(run, Staged) else run.log
+    return Source(name, history, Drift(trajectory, run.trajectory, sha256 == log.sha256, echoes))
 
 
 def _nowhere() -> Trajectory:
