@@ -206,7 +206,7 @@ def test_a_download_tells_beside_it_what_the_format_could_not_carry(app: App, op
     p.see("does not hold")
     p.see("crossing-points and gateway-points")
     p.see("class scores, confidence, accuracy")
-    inside = "(e) => { const r = e.getBoundingClientRect(); return r.top > 0 && r.bottom <= innerHeight; }"
+    inside = "(e) => { const r = e.getBoundingClientRect(); return r.top > 0 && r.bottom < innerHeight + 1; }"
     p.until(lambda: p.page.locator(".lost").evaluate(inside))
     p.shot("download")
     p.download("JSON")
