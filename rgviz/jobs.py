@@ -25,7 +25,7 @@ from rgcore.progress import Progress
 from rgcore.scans.bags import USUAL, Topics
 
 if TYPE_CHECKING:
-    from rgcore.pipeline import Run
+    from rgcore.scans.log import ScanLog
 
 EVERY = 0.25
 """s between two reports at most"""
@@ -127,6 +127,22 @@ class MappingJob(Job):
         super().__init__(log, project, tell, _map, project, config, topics)
 
 
+class RerunJob(Job):
+    """``log`` is mapped for a project that is there and stays open; the new run waits in its folder then."""
+
+    project: Path
+
+    def __init__(
+        self,
+        log: Path,
+        project: Path,
+        config: Config,
+        tell: Callable[[Report | Finished], None],
+        topics: Topics = USUAL,
+    ) -> None:
+        super().__init__(log, project, tell, _map_again, project, config, topics)
+
+
 def _work(log: Path, work: Callable[..., None], args: tuple[Any, ...], pipe: Connection) -> None:
     """In the child: do it, and say how it ended."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C reaches the whole group; the parent decides
@@ -156,43 +172,47 @@ def end_this_process() -> None:
 
 
 def _map(log_path: Path, project: Path, config: Config, topics: Topics, pipe: Connection) -> None:
+    log = _read(log_path, topics, pipe)
+    from rgviz.mapping import map_into
+
+    map_into(project, log, config, Reporter(log, config, pipe)).close()
+
+
+def _map_again(log_path: Path, project: Path, config: Config, topics: Topics, pipe: Connection) -> None:
+    log = _read(log_path, topics, pipe)
+    from rgviz.mapping import map_beside
+
+    map_beside(project, log, config, Reporter(log, config, pipe, pictures=False))
+
+
+def _read(path: Path, topics: Topics, pipe: Connection) -> ScanLog:
     threading.Thread(target=_end_with_parent, args=(pipe,), daemon=True).start()
-    from rgcore.cache import Cache
-    from rgcore.pipeline import run
     from rgcore.scans.read import read_log
 
     pipe.send(Report("read", 0, 1))
-    log = read_log(log_path, topics)
-    save(project, run(log, config, Cache(project / "cache"), Reporter(log, config, pipe)), pipe)
-
-
-def save(project: Path, result: Run, pipe: Connection) -> None:
-    """In the child: make the project of a run."""
-    from rgcore.model.project import Project
-
-    pipe.send(Report("save", 0, 1))
-    # Until here only the stage cache was written and a signal ends it at once. From here on it is an exception, so
-    # that what is half made is taken back.
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
-    Project.create(project, result).close()
+    return read_log(path, topics)
 
 
 class Reporter:
-    """Turns the pipeline's progress into reports, a few a second."""
+    """Turns the progress of a mapping into reports, a few a second, with ``pictures`` of the growing map."""
 
-    def __init__(self, log: Any, config: Config, pipe: Connection) -> None:
-        self.log, self.pipe = log, pipe
+    def __init__(self, log: Any, config: Config, pipe: Connection, pictures: bool = True) -> None:
+        self.log, self.pipe, self.pictures = log, pipe, pictures
         self.max_range = min(config.extract.max_range, config.slam.max_range)
         self.last = ("", 0.0)
         self.map = RGMap()
 
     def __call__(self, p: Progress) -> None:
+        if p.stage == "save":
+            # Until here only the stage cache was written and a signal ends the child at once. From here on it is an
+            # exception, so that what is half made is taken back.
+            signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))
         now = time.monotonic()
         ended = p.done >= p.total
         if not ended and self.last[0] == p.stage and now - self.last[1] < EVERY:
             return
         self.last = (p.stage, now)
-        points, path, map_ = self._picture(p)
+        points, path, map_ = self._picture(p) if self.pictures else (None, None, None)
         self.pipe.send(Report(p.stage, p.done, p.total, len(self.log), points, path, map_))
 
     def _picture(self, p: Progress) -> tuple[np.ndarray | None, np.ndarray | None, RGMap | None]:

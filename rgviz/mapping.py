@@ -10,8 +10,12 @@ from rgcore.cache import Cache
 from rgcore.config import Config
 from rgcore.model import folder
 from rgcore.model.project import Project
-from rgcore.progress import Watcher, silent
+from rgcore.model.staged import stage
+from rgcore.progress import Progress, Watcher, silent
 from rgcore.scans.log import ScanLog
+
+SAVE = Progress("save", 0, 1)
+"""What a watcher is told when all is computed: from now on the project is written."""
 
 
 def map_into(path: Path, log: ScanLog, config: Config, watch: Watcher = silent) -> Project:
@@ -23,14 +27,31 @@ def map_into(path: Path, log: ScanLog, config: Config, watch: Watcher = silent) 
     if Project.exists(path):
         with Project.open(path) as project:
             project.must_write()  # tell what is wrong with it before the work, not after
-        result = pipeline.run(log, config, Cache(path / "cache"), watch)
+        result = _run(path, log, config, watch)
         return _one_more(path, result)
     folder.claim(path)
     try:
-        return Project.create(path, pipeline.run(log, config, Cache(path / "cache"), watch))
+        return create(path, _run(path, log, config, watch), watch)
     except BaseException:
         shutil.rmtree(path, ignore_errors=True)
         raise
+
+
+def map_beside(path: Path, log: ScanLog, config: Config, watch: Watcher = silent) -> None:
+    """Map ``log`` and let the new run wait in the project at ``path``, whoever holds that. Raises RgError."""
+    result = _run(path, log, config, watch)
+    watch(SAVE)
+    stage(path, result)
+
+
+def create(path: Path, result: pipeline.Run, watch: Watcher) -> Project:
+    """A new project of its first run, open. Raises ProjectError; the folder is then without one."""
+    watch(SAVE)
+    return Project.create(path, result)
+
+
+def _run(path: Path, log: ScanLog, config: Config, watch: Watcher) -> pipeline.Run:
+    return pipeline.run(log, config, Cache(path / "cache"), watch)
 
 
 def _one_more(path: Path, result: pipeline.Run) -> Project:

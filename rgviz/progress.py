@@ -22,7 +22,7 @@ def progress_bar() -> Iterator[Watcher]:
         task = bar.add_task("reading", total=None)
 
         def watch(p: Progress) -> None:
-            number = STAGES.index(p.stage) + 1 if p.stage in STAGES else 0
-            bar.update(task, description=f"{number}/{len(STAGES)} {p.stage}", completed=p.done, total=p.total)
+            number = f"{STAGES.index(p.stage) + 1}/{len(STAGES)} " if p.stage in STAGES else ""
+            bar.update(task, description=f"{number}{p.stage}", completed=p.done, total=p.total)
 
         yield watch

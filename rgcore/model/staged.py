@@ -50,9 +50,11 @@ def stage(path: Path, run: Run) -> None:
         shutil.rmtree(ready, ignore_errors=True)
         new.rename(ready)
         sync_folder(path / "runs")
-    except OSError as e:
+    except BaseException as e:
         shutil.rmtree(new, ignore_errors=True)
-        raise folder.unwritable(path, e) from e
+        if isinstance(e, OSError):
+            raise folder.unwritable(path, e) from e
+        raise
 
 
 def read_staged(path: Path) -> Staged | None:

@@ -16,7 +16,7 @@ from rgcore.errors import InputError
 from rgcore.online import GatewaySoFar, Mapper, RegionSoFar, Snapshot, Step
 from rgcore.scans.bags import USUAL, Topics
 from rgcore.scans.log import ScanLog
-from rgviz.jobs import Finished, Job, Report, Reporter, end_this_process, save
+from rgviz.jobs import Finished, Job, Report, Reporter, end_this_process
 
 BATCH = 0.1
 """s between two messages with steps at most"""
@@ -103,6 +103,7 @@ def _play(
     leash = _Leash(pipe)
     from rgcore.cache import Cache
     from rgcore.scans.read import read_log
+    from rgviz.mapping import create
 
     pipe.send(Report("read", 0, 1))
     log = read_log(path, topics)
@@ -120,7 +121,8 @@ def _play(
     teller.tell()
     teller.draw()
     if project is not None:
-        save(project, mapper.finish(log, Cache(project / "cache"), Reporter(log, config, pipe)), pipe)
+        watch = Reporter(log, config, pipe)
+        create(project, mapper.finish(log, Cache(project / "cache"), watch), watch).close()
 
 
 class _Leash:

@@ -17,19 +17,25 @@ from short_log import short_log
 
 from rgcore.config import Config
 from rgcore.geometry import se2
+from rgcore.model.edits import RenameRegion
 from rgcore.model.project import Project
+from rgcore.model.rerun import plan_rerun
+from rgcore.model.staged import read_staged
 from rgcore.scans.read import read_log
-from rgviz.jobs import Finished, MappingJob, Report, echoes
+from rgviz.jobs import Finished, MappingJob, Report, RerunJob, echoes
+
+SCANS = 80
+"""enough for every stage to have something to do"""
 
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return short_log(tmp_path_factory.mktemp("log") / "short.log")
+    return short_log(tmp_path_factory.mktemp("log") / "short.log", SCANS)
 
 
-def run(log: Path, project: Path) -> tuple[list[Report], Finished]:
+def run(log: Path, project: Path, kind: type[MappingJob | RerunJob] = MappingJob) -> tuple[list[Report], Finished]:
     heard: queue.Queue[Any] = queue.Queue()
-    MappingJob(log, project, Config(), heard.put)
+    kind(log, project, Config(), heard.put)
     reports = []
     while not isinstance(message := heard.get(timeout=120), Finished):
         reports.append(message)
@@ -48,8 +54,19 @@ def test_a_log_becomes_a_project_and_shows_itself_growing(log: Path, tmp_path: P
     assert pictures[-1].points.dtype == np.float32  # type: ignore[union-attr]
     assert [r for r in reports if r.map is not None and r.map.lines and r.map.regions]
     with Project.open(tmp_path / "short.rg") as project:
-        assert project.map.stats.scans == 200
+        assert project.map.stats.scans == SCANS
         assert not project.read_only, "the mapping process has let go of it"
+        first = next(iter(project.map.regions))
+        reports, ending = run(log, tmp_path / "short.rg", RerunJob)
+        assert ending.error is None
+        assert not [r for r in reports if r.points is not None or r.map is not None], "the map on show stays"
+        project.do(RenameRegion(region=first, name="Lab"))
+        new = read_staged(project.path)
+        assert new is not None
+        plan = plan_rerun(project, new)
+        assert plan.counts() == {"applied": 1, "shifted": 0, "conflict": 0, "stale": 0}
+        project.accept(plan)
+        assert (project.run_name, project.map.regions[first].name) == ("0002", "Lab")
 
 
 def test_echoes_are_those_of_the_scans(log: Path) -> None:
