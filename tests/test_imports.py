@@ -21,6 +21,7 @@ HEAVY = {  # heavy library -> the files that may import it
     "shapely": ("rgcore/geometry/polygons.py", "rgcore/geometry/cutting.py"),
     "cv2": (
         "rgcore/geometry/grid.py",
+        "rgcore/scans/backdrop.py",
         "rgcore/scans/plan_image.py",
         "rgcore/scans/grid_map.py",
         "rgcore/exports/nav2.py",

@@ -70,7 +70,10 @@ def exported(ending: str, map: RGMap, trajectory: Trajectory | None = None, **op
         value = getattr(asked, name)
         if not least <= value <= most:
             raise RgError(f"{name.replace('_', ' ')} {value:g} m: must lie between {least:g} and {most:g} m")
-    return found.render(map, trajectory, asked)
+    out = found.render(map, trajectory, asked)
+    if map.backdrops and ending.lower() not in (".json", ".tum"):
+        out = replace(out, lost=(*out.lost, "floor plans that lie under the map"))
+    return out
 
 
 def render(ending: str, map: RGMap, trajectory: Trajectory | None = None, **options: Any) -> bytes:

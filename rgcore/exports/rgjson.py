@@ -16,7 +16,7 @@ import msgspec
 from rgcore.errors import InputError
 from rgcore.exports.options import Exported, Options
 from rgcore.model.base import natural
-from rgcore.model.records import Gateway, Ignored, Line, MapObject, Note, Region, RGMap, Source, Stats
+from rgcore.model.records import Backdrop, Gateway, Ignored, Line, MapObject, Note, Region, RGMap, Source, Stats
 from rgcore.slam.trajectory import Trajectory
 
 FORMAT, VERSION = "rgmap", "1.0"
@@ -24,7 +24,7 @@ DECIMALS = 6
 """Micrometres and microradians: far below anything measured, and short enough to read."""
 
 _COUNTED: dict[str, type] = {"lines": Line, "regions": Region, "gateways": Gateway, "objects": MapObject}
-_KINDS: dict[str, type] = {**_COUNTED, "notes": Note, "ignored": Ignored}
+_KINDS: dict[str, type] = {**_COUNTED, "notes": Note, "ignored": Ignored, "backdrops": Backdrop}
 
 
 class _Document(msgspec.Struct):
@@ -38,6 +38,7 @@ class _Document(msgspec.Struct):
     objects: list[MapObject]
     notes: list[Note] = []
     ignored: list[Ignored] = []
+    backdrops: list[Backdrop] = []
 
 
 def schema() -> dict[str, Any]:
@@ -58,7 +59,8 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
             parts.append(f'"{key}": [\n{rows}\n]')
         else:
             parts.append(f'"{key}": {_line(value)}')
-    return Exported(("{\n" + ",\n".join(parts) + "\n}\n").encode())
+    lost = ("the files of floor plans: their names, checksums and places are kept",) if map.backdrops else ()
+    return Exported(("{\n" + ",\n".join(parts) + "\n}\n").encode(), lost=lost)
 
 
 def read_json(source: bytes | str | Path) -> RGMap:

@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from rgcore.model.history import KINDS
-from rgcore.model.records import Gateway, Ignored, Line, MapObject, Note, Region, RGMap, Source, Stats
+from rgcore.model.records import Backdrop, Gateway, Ignored, Line, MapObject, Note, Region, RGMap, Source, Stats
 
 VERSION = 1
 
@@ -23,6 +23,7 @@ class _Base(msgspec.Struct, kw_only=True):
     objects: list[MapObject]
     notes: list[Note] = []
     ignored: list[Ignored] = []
+    backdrops: list[Backdrop] = []
 
 
 def natural(id: str) -> tuple[str, int, str]:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator
 from rgcore.geometry import cutting
 from rgcore.model.records import Gateway, RGMap
 
-KINDS = ("lines", "regions", "gateways", "objects", "notes", "ignored")
+KINDS = ("lines", "regions", "gateways", "objects", "notes", "ignored", "backdrops")
 
 
 def broken(map: RGMap) -> list[str]:

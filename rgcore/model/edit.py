@@ -10,7 +10,7 @@ import numpy as np
 
 from rgcore.errors import EditError
 from rgcore.model.fields import refusal
-from rgcore.model.records import Gateway, Line, MapObject, Note, Region, RGMap, replace, rounded
+from rgcore.model.records import Backdrop, Gateway, Line, MapObject, Note, Region, RGMap, replace, rounded
 
 E = TypeVar("E", bound="Edit")
 T = TypeVar("T")
@@ -85,6 +85,10 @@ def the_object(map: RGMap, id: str) -> MapObject:
 
 def the_note(map: RGMap, id: str) -> Note:
     return _the(map.notes, "note", id)
+
+
+def the_backdrop(map: RGMap, id: str) -> Backdrop:
+    return _the(map.backdrops, "floor plan", id)
 
 
 def must_be_new(map: RGMap, kind: str, id: str) -> None:

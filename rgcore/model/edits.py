@@ -16,6 +16,7 @@ from msgspec import Meta
 
 from rgcore.errors import EditError
 from rgcore.model.edit import Edit
+from rgcore.model.edits_backdrops import AddBackdrop, AlignBackdrop, DeleteBackdrop
 from rgcore.model.edits_gateways import (
     AddGateway,
     AssignGateway,
@@ -99,6 +100,9 @@ SingleEdit = (
     | RevertToAutomatic
     | IgnoreFinding
     | HeedFinding
+    | AddBackdrop
+    | AlignBackdrop
+    | DeleteBackdrop
 )
 
 

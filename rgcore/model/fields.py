@@ -51,6 +51,8 @@ NewLineId = Annotated[str, _new("l")]
 NewRegionId = Annotated[str, _new("r")]
 NewGatewayId = Annotated[str, _new("g")]
 NewObjectId = Annotated[str, _new("o")]
+NewBackdropId = Annotated[str, _new("b")]
+BackdropId = Annotated[str, _id("must be the id of a floor plan", "backdrops")]
 NewNoteId = Annotated[str, _new("n")]
 NoteId = Annotated[str, _id("must be the id of a note", "notes")]
 
@@ -77,9 +79,18 @@ Ring = Annotated[tuple[Place, ...], Meta(min_length=3, max_length=5000, descript
 Rings = Annotated[tuple[Ring, ...], Meta(max_length=1000, description="must be at most 1000 rings of corners")]
 Posts = Annotated[tuple[Place, Place], Meta(description="must be the two ends of the opening")]
 Place3 = Annotated[tuple[Metre, Metre, Metre], Meta(description="must be a point (x, y, z)", extra={"place": "point3"})]
+Sha256 = Annotated[str, Meta(pattern=r"^[0-9a-f]{64}\Z", description="must be the SHA-256 of the file")]
+PlanForm = Annotated[str, Meta(pattern=r"^(png|jpg|dxf)\Z", description="must be png, jpg or dxf")]
+PlanSize = Annotated[
+    tuple[Annotated[float, Meta(gt=0, le=1e9)], Annotated[float, Meta(gt=0, le=1e9)]],
+    Meta(description="must be width and height above 0"),
+]
+PlanLength = Annotated[
+    float, Meta(ge=0.01, le=1e5, description="must be the metres of the longer side, 0.01 to 100 km")
+]
 Size3 = Annotated[tuple[Extent, Extent, Extent], Meta(description="must be three lengths")]
 
-PREFIX = {"lines": "l", "regions": "r", "gateways": "g", "objects": "o", "notes": "n"}
+PREFIX = {"lines": "l", "regions": "r", "gateways": "g", "objects": "o", "notes": "n", "backdrops": "b"}
 
 
 def new_id(map: RGMap, kind: str) -> str:
@@ -92,7 +103,7 @@ def new_id(map: RGMap, kind: str) -> str:
 
 def is_human_id(id: str) -> bool:
     """Whether an edit made the thing with this id (and not the pipeline)."""
-    return re.fullmatch(r"[lrgon]u[0-9a-f]{8}", id) is not None
+    return re.fullmatch(r"[lrgonb]u[0-9a-f]{8}", id) is not None
 
 
 def refusal(type_: type[msgspec.Struct], error: Exception) -> EditError:

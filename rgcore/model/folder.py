@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import re
 import shutil
@@ -292,6 +293,29 @@ def read_points(where: Path) -> tuple[np.ndarray, np.ndarray]:
             return arrays["points"], arrays["scans"]
 
     return _read(where / "points.npz", points)
+
+
+def keep_backdrop(path: Path, sha256: str, data: bytes) -> None:
+    """Keep the file of a floor plan, once, under its checksum. Raises ProjectError."""
+    file = path / "backdrops" / sha256
+    try:
+        if not file.exists():
+            file.parent.mkdir(exist_ok=True)
+            replace_file(file, data)
+    except OSError as e:
+        raise unwritable(path, e) from e
+
+
+def read_backdrop(path: Path, sha256: str) -> bytes:
+    """The file of a floor plan. Raises ProjectError if it is not there, or not what was put there."""
+    file = path / "backdrops" / re.sub(r"[^0-9a-f]", "", sha256)
+    try:
+        data = file.read_bytes()
+    except OSError as e:
+        raise ProjectError(f"{file}: cannot be read: {e.strerror}; lay the plan under the map again") from e
+    if hashlib.sha256(data).hexdigest() != sha256:
+        raise ProjectError(f"{file}: is not the plan that was laid under the map; lay it there again")
+    return data
 
 
 def _read(file: Path, parse: Callable[[bytes], T]) -> T:

@@ -14,7 +14,7 @@ from rgcore.errors import EditError
 from rgcore.model.edits import AnyEdit
 from rgcore.model.records import Provenance, RGMap, replace
 
-KINDS = ("lines", "regions", "gateways", "objects", "notes", "ignored")
+KINDS = ("lines", "regions", "gateways", "objects", "notes", "ignored", "backdrops")
 """The tables of a map that edits change."""
 
 By = Annotated[str, Meta(max_length=80, pattern=r"^[^\x00-\x1f\x7f]*\Z")]

@@ -3,6 +3,7 @@
     office.rg/  project.toml  current  lock  cache/
                 runs/0001/  run.json  trajectory.npz  points.npz  segments.npz  base.json  adapt.json
                             edits.jsonl  conflicts.json
+                backdrops/  floor plans, each under its SHA-256
 
 One process writes (``lock``); others read. A run's folder is written whole under another name, then ``current`` is
 flipped.
@@ -22,6 +23,7 @@ from rgcore.errors import EditError, ProjectError
 from rgcore.lines.adaptation import Adaptation
 from rgcore.model import folder
 from rgcore.model.edits import Edit
+from rgcore.model.edits_backdrops import AddBackdrop
 from rgcore.model.folder import RunInfo
 from rgcore.model.history import AnyEntry, Do, History, Redo, Settle, Undo, now, replay, step
 from rgcore.model.journal import Journal, readable
@@ -216,6 +218,26 @@ class Project:
             self._load()
             self.outcomes = tuple(plan.outcomes)
             return self.conflicts
+
+    def add_backdrop(self, data: bytes, name: str, by: str | None = None) -> AddBackdrop:
+        """Lay a floor plan (the bytes of a png, jpg or DXF) under the map: its file is kept, then the edit is made.
+
+        ``name`` is what it is called, never a path. It lies in the middle of the map, as large as it says it is, else
+        as long as the map; :func:`rgcore.model.edits_backdrops.aligned` brings it to its place. Raises as ``do``, and
+        InputError for a file that is no plan.
+        """
+        from rgcore.model.backdrops import laid  # brings OpenCV
+
+        edit = laid(self.map, data, name)
+        with self._mutex:
+            self.must_write()
+            folder.keep_backdrop(self.path, edit.sha256, data)
+            self.do(edit, by)
+        return edit
+
+    def backdrop(self, sha256: str) -> bytes:
+        """The file of a floor plan by its checksum. Raises ProjectError if it is not there."""
+        return folder.read_backdrop(self.path, sha256)
 
     def close(self) -> None:
         """Give the project free for others."""

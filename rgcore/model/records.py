@@ -134,6 +134,32 @@ class Note(Record, frozen=True, kw_only=True):
     provenance: Provenance = Provenance()
 
 
+class Backdrop(Record, frozen=True, kw_only=True):
+    """A floor plan that lies under the map: an image or a drawing, which the project keeps by its content.
+
+    Its own frame has x to the right and y up, the unit is a pixel or, of a drawing, a metre. A point p of it lies at
+    ``center`` + ``scale`` R(``yaw``) (p - middle of the plan).
+    """
+
+    id: str
+    name: str
+    """what the file was called; it is no path"""
+    sha256: str
+    form: Literal["png", "jpg", "dxf"]
+    size: Point
+    """width and height in its own unit"""
+    center: Point
+    yaw: float = 0.0
+    length: float
+    """m of its longer side on the map"""
+    provenance: Provenance = Provenance()
+
+    @property
+    def scale(self) -> float:
+        """m a unit of the plan"""
+        return self.length / max(self.size)
+
+
 class Ignored(Record, frozen=True, kw_only=True):
     """A finding of the lint that a person has seen and lets stand; ``id`` is that of the finding."""
 
@@ -177,6 +203,7 @@ class RGMap(Record, frozen=True, kw_only=True):
     objects: dict[str, MapObject] = {}
     notes: dict[str, Note] = {}
     ignored: dict[str, Ignored] = {}
+    backdrops: dict[str, Backdrop] = {}
 
     def lines_of(self, region: str) -> list[str]:
         return [k for k, v in self.lines.items() if region in v.regions]

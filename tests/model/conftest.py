@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 from two_rooms import make_run, two_rooms
 
-from rgcore.model.records import Ignored, Note, RGMap, replace
+from rgcore.model.records import Backdrop, Ignored, Note, RGMap, replace
 
 
 @pytest.fixture
@@ -22,7 +22,10 @@ def run(office: RGMap) -> SimpleNamespace:
 
 @pytest.fixture
 def noted(office: RGMap) -> RGMap:
-    """The office with a note on its object, and a finding that is ignored."""
+    """The office with a note on its object, a finding that is ignored, and a floor plan under it."""
     note = Note(id="nu00000001", text="moved since", place=(7.5, 5.0), item="o1")
     ignored = Ignored(id="narrow-gateway:g2", code="narrow-gateway", items=("g2",))
-    return replace(office, notes={note.id: note}, ignored={ignored.id: ignored})
+    plan = Backdrop(
+        id="bu00000001", name="plan.png", sha256="a" * 64, form="png", size=(80, 60), center=(4, 3), length=8
+    )
+    return replace(office, notes={note.id: note}, ignored={ignored.id: ignored}, backdrops={plan.id: plan})

@@ -11,15 +11,18 @@ import msgspec
 from rgcore.errors import EditError
 from rgcore.model import draft
 from rgcore.model.edits import (
+    AddBackdrop,
     AddNote,
     AddObject,
     AddRegion,
+    AlignBackdrop,
     AssignGateway,
     AssignLines,
     ClassifyGateway,
     ClassifyRegion,
     Confirm,
     ConfirmObject,
+    DeleteBackdrop,
     DeleteGateway,
     DeleteLines,
     DeleteNote,
@@ -85,6 +88,9 @@ class _Chance:
     def box(self) -> dict[str, Any]:
         x, y = self.near()
         return {"center": (x, y, 0.5), "size": (1.0, 0.5, 1.0), "yaw": round(self.rng.uniform(-3, 3), 3)}
+
+    def laid(self) -> dict[str, Any]:
+        return {"center": self.near(), "yaw": round(self.rng.uniform(-3, 3), 3), "length": 12.5}
 
     def rectangle(self) -> tuple[tuple[float, float], ...]:
         (x, y), w, h = self.near(), self.rng.uniform(0.5, 4), self.rng.uniform(0.5, 4)
@@ -164,6 +170,9 @@ MAKERS: list[Callable[[_Chance], Edit]] = [
     lambda c: WriteNote(note=c.one("notes"), text="again"),
     lambda c: MoveNote(note=c.one("notes"), place=c.near()),
     lambda c: DeleteNote(note=c.one("notes")),
+    lambda c: AddBackdrop(id=c.new("backdrops"), name="plan.png", sha256="0" * 64, form="png", size=(4, 3), **c.laid()),
+    lambda c: AlignBackdrop(backdrop=c.one("backdrops"), **c.laid()),
+    lambda c: DeleteBackdrop(backdrop=c.one("backdrops")),
     lambda c: Confirm(items=(c.any(), c.any())),
     lambda c: Unconfirm(items=(c.any(),)),
     lambda c: RevertToAutomatic(item=c.rng.choice([k for t in ("regions", "gateways") for k in getattr(c.base, t)])),

@@ -19,10 +19,12 @@ from rgcore.model.checks import broken
 from rgcore.model.draft import object_from_lines
 from rgcore.model.edits import (
     EDITS,
+    AddBackdrop,
     AddGateway,
     AddNote,
     AddObject,
     AddRegion,
+    AlignBackdrop,
     AlignLines,
     AssignGateway,
     AssignLines,
@@ -30,6 +32,7 @@ from rgcore.model.edits import (
     ClassifyRegion,
     Confirm,
     ConfirmObject,
+    DeleteBackdrop,
     DeleteGateway,
     DeleteLines,
     DeleteNote,
@@ -73,6 +76,7 @@ SEED = SeedObject(
 WIDER = ((0.0, 2.1), (4.05, 2.1), (4.05, 6.0), (0.0, 6.0))
 ALCOVE = ((8.0, 0.0), (10.0, 0.0), (10.0, 2.0), (8.0, 2.0))
 BOX = {"center": (7.0, 5.0, 0.4), "size": (1.0, 0.4, 0.8), "yaw": 0.2}
+LAID = {"center": (4.0, 3.0), "yaw": -0.5, "length": 21.0}
 GOOD: list[tuple[Edit, str, str]] = [  # edit, what it changes, its name
     (ClassifyRegion(region="r3", class_="CC"), "r3", "relabel r3 as CC"),
     (RenameRegion(region="r2", name="Labor für Öle"), "r2", "rename r2 to Labor für Öle"),
@@ -111,6 +115,13 @@ GOOD: list[tuple[Edit, str, str]] = [  # edit, what it changes, its name
     (WriteNote(note="nu00000001", text="is back"), "nu00000001", "change the note nu00000001"),
     (MoveNote(note="nu00000001", place=(7.0, 5.0)), "nu00000001", "move the note nu00000001"),
     (DeleteNote(note="nu00000001"), "nu00000001", "delete the note nu00000001"),
+    (
+        AddBackdrop(id="bu00000002", name="roof.dxf", sha256="0" * 64, form="dxf", size=(20.0, 9.5), **LAID),
+        "bu00000002",
+        "lay roof.dxf under the map",
+    ),
+    (AlignBackdrop(backdrop="bu00000001", **LAID), "bu00000001", "align plan.png"),
+    (DeleteBackdrop(backdrop="bu00000001"), "bu00000001", "take plan.png away"),
     (Confirm(items=("r1", "g1", "l1", "o1")), "g1 l1 o1 r1", "confirm 4 items"),
     (Unconfirm(items=("r1",)), "", "check r1 again"),
     (RevertToAutomatic(item="r1"), "", "revert r1 to automatic"),
