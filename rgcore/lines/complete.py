@@ -20,7 +20,7 @@ from rgcore.lines.clutter import strips
 from rgcore.lines.corners import close_corners
 from rgcore.lines.covariance import line_covariance
 from rgcore.lines.merge import Lines, describe, renumbered
-from rgcore.lines.worth import NEAR, Sights
+from rgcore.lines.worth import FAR, NEAR, Sights
 from rgcore.scans.extract import Segments
 from rgcore.scans.log import ScanLog
 from rgcore.slam.trajectory import Trajectory
@@ -137,14 +137,16 @@ def _laid(sights: Sights, lines: np.ndarray) -> np.ndarray:
 
     Iteratively reweighted least squares of offset and slope, weights after Cauchy; few echoes move a line little.
     """
-    beam = np.flatnonzero(np.abs(sights.distance[:, 0] - sights.ranges.ravel()) < NEAR)
+    beam = np.flatnonzero(np.abs(sights.distance[:, 0] - sights.ranges.ravel()) < FAR)
     of, beams = sights.line[beam, 0], sights.ranges.shape[1]
     angle = sights.poses[beam // beams, 2] + sights.bearings[beam % beams]
     length = geometry.lengths(lines)
     u = (lines[:, 1] - lines[:, 0]) / length[:, None]
     behind = sights.ranges.ravel()[beam] - sights.distance[beam, 0]
     off = behind * (u[of, 0] * np.sin(angle) - u[of, 1] * np.cos(angle))
-    at = sights.along[beam, 0] + behind * (u[of, 0] * np.cos(angle) + u[of, 1] * np.sin(angle)) - 0.5 * length[of]
+    at = sights.along[beam, 0] + behind * (u[of, 0] * np.cos(angle) + u[of, 1] * np.sin(angle))
+    near = (np.abs(off) < NEAR) & (at > 0.0) & (at < length[of])
+    of, off, at = of[near], off[near], (at - 0.5 * length[of])[near]
     a, b = np.zeros(len(lines)), np.zeros(len(lines))
     for _ in range(_FITS):
         w = 1.0 / (1.0 + ((off - a[of] - b[of] * at) / _SPREAD) ** 2)

@@ -57,7 +57,7 @@ class Sights:
         """(K, 2, 2) the stretches of further lines (L, 2, 2) that would be worth their price, each alone."""
         first, worth = self._bins(lines, size)
         self._meet(lines, 0, first, size, worth)
-        return _cut(lines, worth, first, price, size)[0]
+        return _cut(lines, *_best(worth, first, price), size)[0]
 
     def _meet(self, lines: np.ndarray, number: int, first: np.ndarray, size: float, worth: np.ndarray) -> None:
         lines, limits = np.ascontiguousarray(lines, float), (number, self.reach, size)
@@ -81,11 +81,15 @@ class Sights:
     def stretches(self, lines: np.ndarray, price: float, size: float) -> tuple[np.ndarray, np.ndarray]:
         """(K, 2, 2) the stretches of the lines worth most together, each for its price, and the line of each (K,).
 
-        ``size`` [m] is how finely lines are cut. What nobody looked at stays.
+        ``size`` [m] is how finely lines are cut. What nobody looked at stays. The least worth are cut first: of two
+        lines that explain the same readings one stays.
         """
         first, worth = self._bins(lines, size)
-        _worth_along(self.line, self.distance, self.along, self.ranges, self.weight, first, size, worth)
-        return _cut(lines, worth, first, price, size)
+        runs, of = _stretches(
+            self.line, self.distance, self.along, self.ranges, self.weight, first, (size, price), worth
+        )
+        order = np.lexsort((runs[:, 0], of))
+        return _cut(lines, runs[order], of[order], size)
 
     @staticmethod
     def _bins(lines: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -95,10 +99,8 @@ class Sights:
         return first, np.zeros(first[-1])
 
 
-def _cut(
-    lines: np.ndarray, worth: np.ndarray, first: np.ndarray, price: float, size: float
-) -> tuple[np.ndarray, np.ndarray]:
-    runs, of = _best(worth, first, price)
+def _cut(lines: np.ndarray, runs: np.ndarray, of: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
+    """Stretches ``runs`` (K, 2) [bins] of the lines ``of`` (K,)."""
     length = geometry.lengths(lines)[of][:, None]
     t = np.minimum(runs * size, length) / length
     return lines[of, :1] + t[..., None] * (lines[of, 1:] - lines[of, :1]), of
@@ -217,27 +219,35 @@ def _unexplained(line, distance, ranges, there):  # type: ignore[no-untyped-def]
     return out
 
 
+@inner
+def _beams_by_line(line, there):  # type: ignore[no-untyped-def]
+    """The beams that meet each line that is there: those of k are ``beams[first[k]:first[k + 1]]``."""
+    first = np.zeros(len(there) + 2, np.int64)
+    for filling in range(2):  # count, then fill
+        if filling:
+            for k in range(len(there)):
+                first[k + 2] += first[k + 1]
+        beams = np.zeros(first[-1] if filling else 0, np.int64)
+        for b in range(len(line)):
+            for j in range(DEPTH):
+                k = line[b, j]
+                if k >= 0 and there[k]:
+                    if filling:
+                        beams[first[k + 1]] = b
+                    first[k + 1 if filling else k + 2] += 1
+    return first, beams
+
+
 @kernel
 def _keep(line, distance, ranges, weight, there, limits):  # type: ignore[no-untyped-def]
     price, most, highest = limits
     z, n_beams = ranges.ravel(), ranges.shape[1]
     count = len(there)
     worth, version, left = np.zeros(count), np.zeros(count, np.int64), 0
-    first = np.zeros(count + 2, np.int64)
-    for b in range(len(z)):
-        for j in range(DEPTH):
-            if line[b, j] >= 0 and there[line[b, j]]:
-                first[line[b, j] + 2] += 1
+    first, beams = _beams_by_line(line, there)
     for k in range(count):
-        first[k + 2] += first[k + 1]
         left += there[k]
-    beams = np.zeros(first[count + 1], np.int64)
-    for b in range(len(z)):  # beams by line: those of k are ``beams[first[k]:first[k + 1]]``
-        for j in range(DEPTH):
-            k = line[b, j]
-            if k >= 0 and there[k]:
-                beams[first[k + 1]] = b
-                first[k + 1] += 1
+    for b in range(len(z)):
         _give(line, distance, b, z[b], there, worth, weight[b // n_beams])
     heap = [(worth[k], k, 0) for k in range(count) if there[k]]
     heapq.heapify(heap)
@@ -274,15 +284,42 @@ def _give(line, distance, b, z, there, worth, weight):  # type: ignore[no-untype
 
 
 @kernel
-def _worth_along(line, distance, along, ranges, weight, first, size, worth):  # type: ignore[no-untyped-def]
-    """Add up the worth of each stretch where all lines are there."""
-    z, n_beams = ranges.ravel(), ranges.shape[1]
+def _stretches(line, distance, along, ranges, weight, first, limits, worth):  # type: ignore[no-untyped-def]
+    """Cut the lines one by one, the least worth first: stretches (K, 2) [bins] that are left, and their lines."""
+    size, price = limits
+    z, n_beams, count = ranges.ravel(), ranges.shape[1], len(first) - 1
+    there, gone = np.ones(count, np.bool_), np.zeros(line.shape, np.bool_)
+    start, beams = _beams_by_line(line, there)
+    total = np.zeros(count)
     for b in range(len(z)):
-        k = line[b, 0]
-        if k >= 0:
-            at = min(first[k] + int(along[b, 0] / size), first[k + 1] - 1)
-            gain = _cost(line[b, 1] >= 0, distance[b, 1], z[b]) - _cost(True, distance[b, 0], z[b])
-            worth[at] += weight[b // n_beams] * gain
+        _give(line, distance, b, z[b], there, total, weight[b // n_beams])
+    runs, of, n = np.zeros((len(worth), 2), np.int64), np.zeros(len(worth), np.int64), 0
+    began, ended = np.zeros(len(worth), np.bool_), np.zeros(len(worth), np.bool_)
+    for k in np.argsort(total):
+        for e in range(start[k], start[k + 1]):
+            b = beams[e]
+            one, two = -1, -1
+            for j in range(DEPTH):
+                if line[b, j] < 0 or two >= 0:
+                    break
+                if not gone[b, j]:
+                    one, two = (j, two) if one < 0 else (one, j)
+            if one >= 0 and line[b, one] == k:
+                at = min(first[k] + int(along[b, one] / size), first[k + 1] - 1)
+                gain = _cost(two >= 0, distance[b, two], z[b]) - _cost(True, distance[b, one], z[b])
+                worth[at] += weight[b // n_beams] * gain
+        before = n
+        n = _best_of(k, worth, first, price, began, ended, runs, of, n)
+        for e in range(start[k], start[k + 1]):
+            b = beams[e]
+            for j in range(DEPTH):
+                if line[b, j] == k:
+                    at = min(int(along[b, j] / size), first[k + 1] - first[k] - 1)
+                    gone[b, j] = True
+                    for r in range(before, n):
+                        if runs[r, 0] <= at < runs[r, 1]:
+                            gone[b, j] = False
+    return runs[:n], of[:n]
 
 
 @kernel
@@ -291,19 +328,26 @@ def _best(worth, first, price):  # type: ignore[no-untyped-def]
     runs, of, n = np.zeros((len(worth), 2), np.int64), np.zeros(len(worth), np.int64), 0
     began, ended = np.zeros(len(worth), np.bool_), np.zeros(len(worth), np.bool_)
     for k in range(len(first) - 1):
-        out, within = 0.0, -np.inf  # the best up to here, if here nothing is there, or something
-        for b in range(first[k], first[k + 1]):
-            began[b], ended[b] = out - price > within, within > out
-            out, within = max(out, within), max(out - price, within) + worth[b] + 1e-6  # what nobody saw stays
-        there, fresh = within > out, True
-        for b in range(first[k + 1] - 1, first[k] - 1, -1):
-            if not there:
-                there = ended[b]
-                continue
-            if fresh:
-                of[n], runs[n, 1] = k, b + 1 - first[k]
-                n += 1
-            runs[n - 1, 0] = b - first[k]
-            there = not began[b]
-            fresh = not there
+        n = _best_of(k, worth, first, price, began, ended, runs, of, n)
     return runs[:n], of[:n]
+
+
+@inner
+def _best_of(k, worth, first, price, began, ended, runs, of, n):  # type: ignore[no-untyped-def]
+    """Append the stretches of line k to the n in ``runs`` and ``of``; how many there are then."""
+    out, within = 0.0, -np.inf  # the best up to here, if here nothing is there, or something
+    for b in range(first[k], first[k + 1]):
+        began[b], ended[b] = out - price > within, within > out
+        out, within = max(out, within), max(out - price, within) + worth[b] + 1e-6  # what nobody saw stays
+    there, fresh = within > out, True
+    for b in range(first[k + 1] - 1, first[k] - 1, -1):
+        if not there:
+            there = ended[b]
+            continue
+        if fresh:
+            of[n], runs[n, 1] = k, b + 1 - first[k]
+            n += 1
+        runs[n - 1, 0] = b - first[k]
+        there = not began[b]
+        fresh = not there
+    return n
