@@ -24,8 +24,8 @@ LARGEST = 32 << 20
 """bytes of a file: a large scanned plan, or the drawing of a floor"""
 MOST_PIXELS = 80_000_000
 """of an image: a sheet of A0 at 200 dpi has 62 million"""
-SHARPEST = 4096
-"""pixels of its longer side that are shown: what every graphics card takes as one texture"""
+SHARPEST = 3072
+"""pixels of its longer side that are shown: a centimetre in 30 m, and every graphics card takes it as one texture"""
 MOST_STROKES = 150_000
 """of a drawing"""
 MOST_PARTS = 300_000

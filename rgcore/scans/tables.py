@@ -179,4 +179,4 @@ def _arrays(source: Source) -> Mapping[str, np.ndarray]:
     except Exception as e:  # zipfile, zlib, struct and NumPy each have their own
         reason = (str(e).splitlines() or [type(e).__name__])[0]
         raise source.error(f"the archive cannot be read: {reason}; write it with numpy.savez_compressed") from e
-    return {name: a.astype(float) for name, a in found.items() if a.dtype.kind in "fiub"}
+    return {name: a.astype(float) for name, a in found.items() if isinstance(a, np.ndarray) and a.dtype.kind in "fiub"}

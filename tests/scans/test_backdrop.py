@@ -87,7 +87,7 @@ def test_a_large_image_is_thinned_and_keeps_its_size() -> None:
     plan = read_backdrop(bytes(cv2.imencode(".png", np.full((60, 6000), 255, np.uint8))[1]), "a.png")
     assert isinstance(plan, Picture)
     assert plan.size == (6000, 60)
-    assert plan.pixels.shape == (41, SHARPEST, 3)
+    assert plan.pixels.shape == (31, SHARPEST, 3)
 
 
 def png(width: int, height: int) -> bytes:

@@ -108,3 +108,13 @@ def test_a_damaged_npz_is_refused_in_a_line(tmp_path: Path) -> None:
             read_log(path)
         except InputError as e:
             assert "\n" not in str(e)  # noqa: PT017
+
+
+def test_an_archive_may_hold_what_is_no_array(tmp_path: Path) -> None:
+    """NumPy gives back the bytes of such a member."""
+    import zipfile
+
+    read_log(LOG)[:3].save(tmp_path / "a.npz")
+    with zipfile.ZipFile(tmp_path / "a.npz", "a") as z:
+        z.writestr("readme.npy", b"hello")
+    assert len(read_log(tmp_path / "a.npz")) == 3
