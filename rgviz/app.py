@@ -59,7 +59,7 @@ class App:
         self.views: dict[int, View] = {}
         self.pace = status.Pace()
         self._name = theme.NAME
-        self.picker = Latest(Picker)
+        self.picker = Latest(lambda m: Picker(m, self.scene.artist))
         self.labels = Latest(lambda m: labels(m, self.scene.artist))
         self.legend = Latest(facts.legend)
         self.findings = Latest(lint)

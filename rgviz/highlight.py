@@ -6,7 +6,8 @@ import numpy as np
 
 from rgcore.model.records import MapObject, RGMap
 from rgviz import theme
-from rgviz.layers import BOX_EDGES, Artist, Drawings, Faces, Strokes, node_name, object_corners
+from rgviz.artist import Artist
+from rgviz.drawings import BOX_EDGES, Drawings, Faces, Strokes, at, node_name, object_corners
 from rgviz.picking import Item
 
 AROUND = 0.35
@@ -34,11 +35,9 @@ def marks(map_: RGMap, items: tuple[Item, ...], artist: Artist) -> Drawings:
             strokes.append(object_corners(map_.objects[i.id])[BOX_EDGES])
     out: Drawings = {}
     if strokes:
-        out["strokes"] = Strokes(np.concatenate(strokes).astype(np.float32), theme.SELECTION, theme.SELECTION_WIDTH)
+        out["strokes"] = Strokes(np.concatenate(strokes), theme.SELECTION, theme.SELECTION_WIDTH)
     for class_, parts in floors.items():
-        corners = np.concatenate(parts)
-        flat = np.full((len(corners), 3), theme.Z_FLOOR + 0.005, np.float32)
-        flat[:, :2] = corners
+        flat = at(np.concatenate(parts), theme.Z_FLOOR + 0.005)
         faces = np.arange(len(flat)).reshape(-1, 3)
         out[node_name(class_)] = Faces(flat, faces, theme.over_white(theme.class_color(class_), theme.CHOSEN_OPACITY))
     return out
@@ -51,6 +50,4 @@ def box(o: MapObject) -> Drawings:
 
 
 def _raised(strokes: np.ndarray) -> np.ndarray:
-    out = np.full((*strokes.shape[:-1], 3), theme.Z_SELECTION)
-    out[..., :2] = strokes
-    return out
+    return at(strokes, theme.Z_SELECTION)

@@ -6,7 +6,7 @@ from typing import Any
 
 from rgcore.model.records import RGMap
 from rgviz import theme
-from rgviz.layers import Artist
+from rgviz.artist import Artist
 
 
 def labels(map_: RGMap, artist: Artist) -> list[dict[str, Any]]:

@@ -7,87 +7,31 @@ names in ``reads`` has changed.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from dataclasses import dataclass
 
 import numpy as np
 
-from rgcore.geometry.polygons import label_place, triangulate
-from rgcore.model.records import Box2, MapObject, Region, RGMap
+from rgcore.model.records import RGMap
 from rgviz import theme
-from rgviz.theme import RGB
+from rgviz.artist import Artist
+from rgviz.drawings import (
+    BOX_EDGES,
+    BOX_FACES,
+    Dots,
+    Drawings,
+    Faces,
+    Strokes,
+    at,
+    bounds,
+    box_corners,
+    joined,
+    node_name,
+    object_corners,
+    ring,
+)
 
-T = TypeVar("T")
 MOST_POINTS = 120_000
 """echoes that are drawn: more make every frame slow where there is no GPU, and look the same"""
-
-
-@dataclass(frozen=True)
-class Strokes:
-    """Straight strokes ``ends (N, 2, 3)`` [m] of one colour or one each ``(N, 3)`` (sRGB), ``width`` in pixels."""
-
-    ends: np.ndarray
-    color: RGB | np.ndarray
-    width: float
-
-
-@dataclass(frozen=True)
-class Faces:
-    """Triangles: ``vertices (V, 3)`` [m], ``faces (F, 3)`` counter-clockwise from outside; one colour.
-
-    ``shaded``: each face has its own light; ``both_sides``: seen from behind, too, which costs more.
-    """
-
-    vertices: np.ndarray
-    faces: np.ndarray
-    color: RGB
-    opacity: float = 1.0
-    shaded: bool = False
-    both_sides: bool = False
-
-
-@dataclass(frozen=True)
-class Dots:
-    """Points (N, 3) [m] of one colour; ``size`` [m] is half of what they measure across."""
-
-    points: np.ndarray
-    color: RGB
-    size: float
-    shape: str = "circle"
-
-
-Drawing = Strokes | Faces | Dots
-Drawings = dict[str, Drawing]
-"""A layer's drawings by the name of their node."""
-
-
-@dataclass
-class Artist:
-    """What drawing needs beside the map: the evidence, and what is worth keeping from one drawing to the next."""
-
-    points: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), np.float32))
-    trajectory: np.ndarray = field(default_factory=lambda: np.zeros((0, 2)))
-    colors: dict[str, RGB] = field(default_factory=dict)
-    _kept: dict[tuple[str, str], tuple[object, Any]] = field(default_factory=dict)
-
-    def floor(self, region: Region) -> np.ndarray:
-        """(T, 3, 2) triangles of a region's floor."""
-        return self._once("floor", region, lambda: triangulate(region.boundary, region.holes))
-
-    def rings(self, region: Region) -> np.ndarray:
-        """(N, 2, 2) strokes around a region and its holes."""
-        return self._once("rings", region, lambda: np.concatenate([_ring(r) for r in (region.boundary, *region.holes)]))
-
-    def middle(self, region: Region) -> tuple[float, float]:
-        """Where a region's name stands: inside, with room around it."""
-        return self._once("middle", region, lambda: label_place(region.boundary, region.holes)[0])
-
-    def _once(self, what: str, region: Region, compute: Callable[[], T]) -> T:
-        """Computed once for an outline, which stays the same object as long as nobody reshapes the region."""
-        kept = self._kept.get((what, region.id))
-        if kept is None or kept[0] is not region.boundary:
-            kept = self._kept[what, region.id] = (region.boundary, compute())
-        return kept[1]
 
 
 @dataclass(frozen=True)
@@ -104,11 +48,11 @@ class Layer:
 
 def _points(_: RGMap, artist: Artist) -> Drawings:
     step = -(-len(artist.points) // MOST_POINTS) or 1
-    return {"echoes": Dots(_at(artist.points[::step], theme.Z_POINTS), theme.POINT, 0.03, "square")}
+    return {"echoes": Dots(at(artist.points[::step], theme.Z_POINTS), theme.POINT, 0.03, "square")}
 
 
 def _trajectory(_: RGMap, artist: Artist) -> Drawings:
-    path = _at(artist.trajectory, theme.Z_TRAJECTORY)
+    path = at(artist.trajectory, theme.Z_TRAJECTORY)
     return {"path": Strokes(np.stack([path[:-1], path[1:]], 1), theme.TRAJECTORY, theme.THIN_WIDTH)}
 
 
@@ -121,7 +65,7 @@ def _floors(map_: RGMap, artist: Artist) -> Drawings:
         corners = np.concatenate(floors).reshape(-1, 2)
         faces = np.arange(len(corners)).reshape(-1, 3)
         color = theme.over_white(theme.class_color(class_))  # blending would cost every pixel twice
-        out[node_name(class_)] = Faces(_at(corners, theme.Z_FLOOR), faces, color)
+        out[node_name(class_)] = Faces(at(corners, theme.Z_FLOOR), faces, color)
     return out
 
 
@@ -130,23 +74,21 @@ def _outlines(map_: RGMap, artist: Artist) -> Drawings:
     for region in map_.regions.values():
         by_class.setdefault(region.class_, []).append(artist.rings(region))
     return {
-        node_name(c): Strokes(_strokes(rings, theme.Z_OUTLINE), theme.class_color(c), theme.THIN_WIDTH)
+        node_name(c): Strokes(joined(rings, theme.Z_OUTLINE), theme.class_color(c), theme.THIN_WIDTH)
         for c, rings in sorted(by_class.items())
     }
 
 
 def _lines(map_: RGMap, artist: Artist) -> Drawings:
-    ends = np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2, 2)
-    own = artist.colors
-    colors = [own.get(v.regions[0], theme.FREE_LINE) if v.regions else theme.FREE_LINE for v in map_.lines.values()]
-    return {"lines": Strokes(_at(ends, theme.Z_LINE), np.array(colors).reshape(-1, 3), theme.LINE_WIDTH)}
+    ends = at(artist.line_ends(map_.lines), theme.Z_LINE)
+    return {"lines": Strokes(ends, artist.line_colors(map_), theme.LINE_WIDTH)}
 
 
-def _walls(map_: RGMap, _: Artist) -> Drawings:
+def _walls(map_: RGMap, artist: Artist) -> Drawings:
     """Lines raised to walls, but for those that an object explains."""
     furniture = {i for o in map_.objects.values() for i in o.lines}
-    ends = np.array([(v.start, v.end) for k, v in map_.lines.items() if k not in furniture]).reshape(-1, 2, 2)
-    low, high = _at(ends, 0.0), _at(ends, theme.WALL_HEIGHT)
+    ends = artist.line_ends(map_.lines)[np.array([k not in furniture for k in map_.lines], bool)]
+    low, high = at(ends, 0.0), at(ends, theme.WALL_HEIGHT)
     corners = np.stack([low[:, 0], low[:, 1], high[:, 1], high[:, 0]], 1).reshape(-1, 3)
     first = 4 * np.arange(len(ends))[:, None, None]
     faces = (first + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
@@ -154,8 +96,8 @@ def _walls(map_: RGMap, _: Artist) -> Drawings:
 
 
 def _boxes(map_: RGMap, _: Artist) -> Drawings:
-    strokes = [_ring(box_corners(r.box)) for r in map_.regions.values()]
-    return {"boxes": Strokes(_strokes(strokes, theme.Z_BOX), theme.BOX, theme.THIN_WIDTH)}
+    strokes = [ring(box_corners(r.box)) for r in map_.regions.values()]
+    return {"boxes": Strokes(joined(strokes, theme.Z_BOX), theme.BOX, theme.THIN_WIDTH)}
 
 
 def _axes(map_: RGMap, _: Artist) -> Drawings:
@@ -166,7 +108,7 @@ def _axes(map_: RGMap, _: Artist) -> Drawings:
         for n, angle in enumerate(r.axes):
             arm = (reach if n == 0 else 0.6 * reach) * np.array([np.cos(angle), np.sin(angle)])
             strokes.append(np.array([[r.box.center - arm, r.box.center + arm]]))
-    return {"axes": Strokes(_strokes(strokes, theme.Z_BOX), theme.AXIS, theme.OUTLINE_WIDTH)}
+    return {"axes": Strokes(joined(strokes, theme.Z_BOX), theme.AXIS, theme.OUTLINE_WIDTH)}
 
 
 def _gateways(map_: RGMap, _: Artist) -> Drawings:
@@ -176,11 +118,11 @@ def _gateways(map_: RGMap, _: Artist) -> Drawings:
     entries = np.array([p for g in all_ for p in g.gateway_points]).reshape(-1, 2)
     ways = [_ways(g.crossing_points, g.gateway_points) for g in all_]
     return {
-        "openings": Strokes(_at(posts, theme.Z_GATEWAY), theme.GATEWAY, theme.GATEWAY_WIDTH),
-        "ways": Strokes(_strokes(ways, theme.Z_GATEWAY), theme.GATEWAY_POINT, theme.THIN_WIDTH),
-        "posts": Dots(_at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.11, "square"),
-        "crossing": Dots(_at(crossings, theme.Z_MARK), theme.CROSSING, 0.14, "circle"),
-        "entries": Dots(_at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.12, "diamond"),
+        "openings": Strokes(at(posts, theme.Z_GATEWAY), theme.GATEWAY, theme.GATEWAY_WIDTH),
+        "ways": Strokes(joined(ways, theme.Z_GATEWAY), theme.GATEWAY_POINT, theme.THIN_WIDTH),
+        "posts": Dots(at(posts.reshape(-1, 2), theme.Z_MARK), theme.POST, 0.11, "square"),
+        "crossing": Dots(at(crossings, theme.Z_MARK), theme.CROSSING, 0.14, "circle"),
+        "entries": Dots(at(entries, theme.Z_MARK), theme.GATEWAY_POINT, 0.12, "diamond"),
     }
 
 
@@ -205,7 +147,7 @@ def _objects(map_: RGMap, _: Artist) -> Drawings:
 
 def _notes(map_: RGMap, _: Artist) -> Drawings:
     places = np.array([n.place for n in map_.notes.values()]).reshape(-1, 2)
-    return {"notes": Dots(_at(places, theme.Z_MARK), theme.NOTE, 0.16, "diamond")}
+    return {"notes": Dots(at(places, theme.Z_MARK), theme.NOTE, 0.16, "diamond")}
 
 
 def _nothing(_: RGMap, __: Artist) -> Drawings:
@@ -253,36 +195,12 @@ def outdated(layer: Layer, before: RGMap | None, after: RGMap) -> bool:
     return False
 
 
-_QUADS = np.array([[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
-BOX_FACES = np.concatenate([_QUADS[:, [0, 1, 2]], _QUADS[:, [0, 2, 3]]])
-BOX_EDGES = np.array([[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]])
-
-
-def box_corners(box: Box2) -> np.ndarray:
-    """(4, 2) [m], counter-clockwise."""
-    c, s = np.cos(box.yaw), np.sin(box.yaw)
-    half = np.array(box.size) / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    return half @ np.array([[c, s], [-s, c]]) + box.center
-
-
-def object_corners(o: MapObject) -> np.ndarray:
-    """(8, 3) [m]: the bottom counter-clockwise, then the top."""
-    flat = box_corners(Box2(center=o.center[:2], size=o.size[:2], yaw=o.yaw))
-    bottom, top = o.center[2] - o.size[2] / 2, o.center[2] + o.size[2] / 2
-    return np.concatenate([_at(flat, bottom), _at(flat, top)])
-
-
-def node_name(text: str) -> str:
-    """A class name, which may hold anything, as the name of a node."""
-    return "c" + "".join(ch if ch.isascii() and ch.isalnum() else f"_{ord(ch):x}_" for ch in text)
-
-
 def growing_path(trajectory: np.ndarray) -> Drawings:
     """The robot's way so far and where it is now, while a log is mapped."""
-    path = _at(trajectory, theme.Z_TRAJECTORY)
+    path = at(trajectory, theme.Z_TRAJECTORY)
     return {
         "path": Strokes(np.stack([path[:-1], path[1:]], 1), theme.BRAND, theme.LINE_WIDTH),
-        "robot": Dots(_at(trajectory[-1:], theme.Z_MARK), theme.GATEWAY, 0.3, "circle"),
+        "robot": Dots(at(trajectory[-1:], theme.Z_MARK), theme.GATEWAY, 0.3, "circle"),
     }
 
 
@@ -294,30 +212,3 @@ def extent(map_: RGMap, artist: Artist) -> np.ndarray:
     parts = [np.asarray(r.boundary) for r in map_.regions.values()]
     parts = parts or [np.array([v.start, v.end]) for v in map_.lines.values()]
     return bounds(np.concatenate(parts or [np.asarray(artist.points, float), np.asarray(artist.trajectory, float)]))
-
-
-def bounds(points: np.ndarray) -> np.ndarray:
-    """(2, 2) lower left and upper right [m]; ten metres around the origin where there is nothing."""
-    ok = points[np.isfinite(points).all(1)]
-    if not len(ok):
-        return np.array([[-5.0, -5.0], [5.0, 5.0]])
-    low, high = ok.min(0), ok.max(0)
-    pad = np.maximum(0.5 - (high - low) / 2, 0)
-    return np.array([low - pad, high + pad])
-
-
-def _ring(corners: np.ndarray | tuple[tuple[float, float], ...]) -> np.ndarray:
-    """(N, 2) as the (N, 2, 2) strokes of the closed ring."""
-    c = np.asarray(corners, float)
-    return np.stack([c, np.concatenate([c[1:], c[:1]])], 1)
-
-
-def _strokes(parts: list[np.ndarray], z: float) -> np.ndarray:
-    return _at(np.concatenate(parts) if parts else np.zeros((0, 2, 2)), z)
-
-
-def _at(points: np.ndarray, z: float) -> np.ndarray:
-    """(..., 2) as (..., 3) at height z [m], float32."""
-    out = np.full((*points.shape[:-1], 3), z, np.float32)
-    out[..., :2] = points
-    return out

@@ -13,6 +13,8 @@ from typing import Literal, Protocol
 import numpy as np
 
 from rgcore.model.records import MapObject, RGMap
+from rgviz.artist import Artist
+from rgviz.drawings import at
 
 Kind = Literal["region", "gateway", "line", "object", "note"]
 KINDS: dict[Kind, str] = {
@@ -78,14 +80,14 @@ class Projector:
 class Picker:
     """The arrays of one map, ready for clicks."""
 
-    def __init__(self, map_: RGMap) -> None:
+    def __init__(self, map_: RGMap, artist: Artist | None = None) -> None:
         self.map = map_
         self.lines = list(map_.lines)
-        self.line_ends = _flat([[v.start, v.end] for v in map_.lines.values()])
+        self.line_ends = at((artist or Artist()).line_ends(map_.lines), 0.0)
         self.gateways = list(map_.gateways)
-        self.gateway_ends = _flat([v.posts for v in map_.gateways.values()])
+        self.gateway_ends = _on_floor([v.posts for v in map_.gateways.values()])
         self.notes = list(map_.notes)
-        self.note_places = _flat([(v.place, v.place) for v in map_.notes.values()])
+        self.note_places = _on_floor([(v.place, v.place) for v in map_.notes.values()])
 
     def at(
         self, camera: Camera, screen: tuple[float, float], ray: tuple[np.ndarray, np.ndarray], want: Kind | None = None
@@ -215,9 +217,6 @@ def _enter(box: MapObject, origin: np.ndarray, direction: np.ndarray) -> float |
     return float(near) if near <= far and far >= 0 else None
 
 
-def _flat(ends: list) -> np.ndarray:
-    """(N, 2, 2) as (N, 2, 3) on the floor."""
-    out = np.zeros((len(ends), 2, 3))
-    if ends:
-        out[..., :2] = ends
-    return out
+def _on_floor(ends: list) -> np.ndarray:
+    """(N, 2, 2) as (N, 2, 3)."""
+    return at(np.array(ends, float).reshape(-1, 2, 2), 0.0)

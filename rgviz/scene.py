@@ -9,8 +9,10 @@ import viser
 
 from rgcore.model.records import RGMap
 from rgviz import theme
+from rgviz.artist import Artist
+from rgviz.drawings import Dots, Drawing, Drawings, Faces, Strokes
 from rgviz.glb import strokes_glb
-from rgviz.layers import LAYERS, Artist, Dots, Drawing, Drawings, Faces, Layer, Strokes, extent, growing_path, outdated
+from rgviz.layers import LAYERS, Layer, extent, growing_path, outdated
 
 FLAT_LIGHT, SOLID_LIGHT = "/light/flat", "/light/solid"
 MOST_THICK = 1200
@@ -64,6 +66,7 @@ class Scene:
         scene.add_light_ambient(f"{SOLID_LIGHT}/sky", intensity=0.62 * np.pi)
         scene.add_light_directional(f"{SOLID_LIGHT}/sun", intensity=0.38 * np.pi / SUN[2], position=tuple(10 * SUN))
         self._growing = Canvas(scene, "/growing")
+        self._wanted = {layer.name for layer in LAYERS if layer.shown}
         self.layers: dict[str, Canvas] = {}
         for layer in LAYERS:
             scene.add_frame(layer.name, show_axes=False, visible=layer.shown)
@@ -77,15 +80,22 @@ class Scene:
     def show_evidence(self, points: np.ndarray, trajectory: np.ndarray, growing: bool = False) -> None:
         """Points (K, 2) and path (N, 2) [m] in the map frame; while they are ``growing`` the path is always shown."""
         self.artist.points, self.artist.trajectory = points, trajectory
-        self._redraw([layer for layer in LAYERS if not layer.reads])
+        self._redraw([layer for layer in LAYERS if not layer.reads and layer.name in self._wanted])
         self._growing.draw(growing_path(trajectory) if growing else {})
 
     def show(self, map_: RGMap) -> list[str]:
-        """Show this map; the names of the layers that were drawn anew."""
+        """Show this map; the names of the layers that were drawn anew. What nobody has looked at yet is not drawn."""
         before, self.map = self.map, map_
         if before is None or before.regions.keys() != map_.regions.keys():
             self.artist.colors = theme.region_colors(map_, self.artist.colors)
-        return self._redraw([layer for layer in LAYERS if layer.reads and outdated(layer, before, map_)])
+        seen = [layer for layer in LAYERS if layer.name in self._wanted]
+        return self._redraw([layer for layer in seen if layer.reads and outdated(layer, before, map_)])
+
+    def want(self, name: str) -> None:
+        """A browser is going to show this layer: from now on it is kept up."""
+        if name not in self._wanted:
+            self._wanted.add(name)
+            self._redraw([layer for layer in LAYERS if layer.name == name])
 
     def _redraw(self, layers: list[Layer]) -> list[str]:
         drawn = [(layer.name, layer.draw(self.map or RGMap(), self.artist)) for layer in layers]

@@ -269,6 +269,8 @@ class View:
         if name == "/labels":
             self.bridge.tell("labels-shown", shown=shown)
         else:
+            if shown:
+                self.app.scene.want(name)
             self._show_node(name, shown)
 
     # ---- told by the app --------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from rgcore.model.records import Box2, Gateway, Region, RGMap
 from rgcore.online import RegionSoFar
 from rgcore.robot.query import Query
 from rgviz import theme
-from rgviz.layers import Dots, Drawings, Strokes
+from rgviz.drawings import Dots, Drawings, Strokes
 from rgviz.play.child import Picture
 from rgviz.play.tape import Tape
 from rgviz.scene import Canvas, Scene

@@ -45,6 +45,11 @@ def big_office(lines: int = 5000) -> RGMap:
     return m
 
 
+def huge_office() -> RGMap:
+    """1,030 regions, 103,000 lines: rooms full of furniture on 21 corridors."""
+    return office_map(24, 21, furniture=24)
+
+
 def points_of(map_: RGMap, step: float = 0.1) -> np.ndarray:
     """(K, 2) float32 echoes along the lines, with laser noise."""
     out = []
@@ -127,9 +132,8 @@ class _Build:
             self.line((b[0], b[1] - 0.1 * inward), (a[0], a[1] - 0.1 * inward), hall)
         self.gateway("narrow_passage", (hall, r), (x0 + 1.5, near), (x0 + 2.4, near), inward * np.pi / 2)
         for n in range(furniture):
-            self.cabinet(
-                r, (x0 + 0.3 + 1.2 * n, back - inward * 0.9), (x0 + 1.2 + 1.2 * n, back - inward * 0.4), n == 0
-            )
+            x, y = x0 + 0.3 + 1.2 * (n % 3), back - inward * (0.4 + 0.57 * (n // 3))
+            self.cabinet(r, (x, y - inward * 0.5), (x + 0.9, y), n == 0)
 
     def cabinet(self, r: str, a: tuple[float, float], b: tuple[float, float], known: bool) -> None:
         (x0, x1), (y0, y1) = sorted((a[0], b[0])), sorted((a[1], b[1]))

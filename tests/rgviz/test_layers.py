@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import viser
 from office_map import big_office, office_map
 
 from rgcore.model.draft import object_from_lines
-from rgcore.model.edits import ClassifyRegion, DeleteGateway, RenameRegion
-from rgcore.model.records import RGMap, replace
+from rgcore.model.edits import ClassifyRegion, DeleteGateway, DeleteLines, MoveLine, RenameRegion
+from rgcore.model.records import Line, RGMap, replace
 from rgviz import highlight, theme
+from rgviz.artist import Artist, Rows
+from rgviz.drawings import Dots, Drawing, Faces, Strokes, bounds, box_corners
 from rgviz.labels import labels
-from rgviz.layers import LAYERS, Artist, Dots, Drawing, Faces, Strokes, bounds, box_corners, extent, growing_path
+from rgviz.layers import LAYERS, extent, growing_path
 from rgviz.picking import Item
-from rgviz.scene import Canvas
+from rgviz.scene import Canvas, Scene
 
 MAP = office_map(4, 1, 2)
 
@@ -158,6 +161,37 @@ def test_only_what_changed_is_drawn_again() -> None:
     gone = touched(replace(MAP, gateways={}))
     assert "-/gateways/posts" in gone
     assert {c.strip("-").split("/")[1] for c in gone} == {"gateways"}
+
+
+def test_a_layer_that_nobody_looks_at_costs_nothing() -> None:
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        scene = Scene(server)
+        shown = set(scene.show(MAP))
+        assert "/lines" in shown
+        assert "/walls" not in shown
+        fewer = DeleteLines(lines=("l3",)).apply(MAP)
+        assert scene.show(fewer) == ["/lines"]
+        scene.want("/walls")
+        assert len(scene.layers["/walls"].drawn["walls"].faces) == len(drawn("/walls", fewer)["walls"].faces)  # type: ignore[union-attr]
+        assert scene.show(MAP) == ["/lines", "/walls"]
+    finally:
+        server.stop()
+
+
+def test_rows_are_read_once_for_each_record() -> None:
+    read: list[str] = []
+    rows = Rows[Line](lambda v: (read.append(v.id), (v.start, v.end))[1], (2, 2))
+    first = rows(MAP.lines)
+    assert len(read) == len(MAP.lines)
+    assert rows(MAP.lines) is first
+    read.clear()
+    moved = MoveLine(line="l5", start=(0.0, 0.0), end=(1.0, 0.0)).apply(DeleteLines(lines=("l3",)).apply(MAP))
+    again = rows(moved.lines)
+    assert read == ["l5"]
+    assert np.array_equal(again, [(v.start, v.end) for v in moved.lines.values()])
+    assert np.array_equal(rows(MAP.lines), first)
+    assert rows({}).shape == (0, 2, 2)
 
 
 def test_floors_are_triangulated_once_per_outline() -> None:
