@@ -126,6 +126,17 @@ def meeting(shapes: Sequence[Polygon]) -> np.ndarray:
     return np.asarray(sorted((int(i), int(j)) for i, j in found if i < j)).reshape(-1, 2)
 
 
+def nearest(shapes: Sequence[Polygon], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Index of the polygon nearest to each point (K, 2), and how far it is [m], 0 inside: (K,) both.
+
+    There must be a polygon; of several as near, the first.
+    """
+    tree = shapely.STRtree(list(shapes))
+    (asked, found), far = tree.query_nearest(shapely.points(points), return_distance=True)
+    first = np.lexsort((found, asked))[np.searchsorted(np.sort(asked), np.arange(len(points)))]
+    return found[first], far[first]
+
+
 def distance(shape: Polygon, point: tuple[float, float]) -> float:
     """How far a point lies outside a polygon [m]; 0 inside."""
     return float(shapely.distance(shape, shapely.Point(point)))

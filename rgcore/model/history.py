@@ -155,8 +155,9 @@ def difference(before: RGMap, after: RGMap) -> Patch:
         a, b = getattr(before, kind), getattr(after, kind)
         if a is b:
             continue
-        out += [Change(kind, k, a.get(k), v) for k, v in b.items() if a.get(k) is not v]
-        out += [Change(kind, k, v, None, i) for i, (k, v) in enumerate(a.items()) if k not in b]
+        out += [Change(kind, k, was, v) for k, v, was in zip(b, b.values(), map(a.get, b), strict=True) if was is not v]
+        if a.keys() - b.keys():
+            out += [Change(kind, k, v, None, i) for i, (k, v) in enumerate(a.items()) if k not in b]
     return tuple(out)
 
 

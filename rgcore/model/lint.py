@@ -163,12 +163,13 @@ def _merged_with_neighbour(map: RGMap, region: Region) -> AnyEdit | None:
 
 def _stray_lines(map: RGMap, shapes: dict[str, Any]) -> Iterator[Finding]:
     stray = [v for v in map.lines.values() if not v.regions and not v.clutter]
-    for v in stray:
-        far = {id: cutting.distance(s, before_line(v.start, v.end)) for id, s in shapes.items()}
-        home = min(far, key=lambda id: far[id], default=None)
-        near = home is not None and far[home] <= BESIDE
-        mend = AssignLines(lines=(v.id,), region=home) if near else DeleteLines(lines=(v.id,))
-        yield _finding(map, "stray-line", (v.id,), f"{v.id} bounds no region", mend)
+    home: list[str | None] = [None] * len(stray)
+    if stray and shapes:
+        nearest, far = cutting.nearest(list(shapes.values()), np.array([before_line(v.start, v.end) for v in stray]))
+        home = [list(shapes)[n] if d <= BESIDE else None for n, d in zip(nearest, far, strict=True)]
+    for v, region in zip(stray, home, strict=True):
+        mend = DeleteLines(lines=(v.id,)) if region is None else AssignLines(lines=(v.id,), region=region)
+        yield Finding("stray-line", (v.id,), f"{v.id} bounds no region", place_of(map, v.id), mend)
 
 
 def _stray_objects(map: RGMap, shapes: dict[str, Any]) -> Iterator[Finding]:
