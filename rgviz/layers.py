@@ -81,7 +81,7 @@ def _outlines(map_: RGMap, artist: Artist) -> Drawings:
 
 def _lines(map_: RGMap, artist: Artist) -> Drawings:
     ends = at(artist.line_ends(map_.lines), theme.Z_LINE)
-    return {"lines": Strokes(ends, artist.line_colors(map_), theme.LINE_WIDTH)}
+    return {"lines": Strokes(ends, artist.line_colors(map_.lines), theme.LINE_WIDTH)}
 
 
 def _walls(map_: RGMap, artist: Artist) -> Drawings:
