@@ -102,6 +102,8 @@
       }
       if (!words) ask();
     };
+    // a picture that grows step by step beside a panel is drawn anew at each step: let it take its place at once
+    for (let e = v.canvas; e; e = e.parentElement) if (getComputedStyle(e).transitionDuration !== "0s") e.style.transition = "none";
     new ResizeObserver(() => { if (!state.touched) fit(state.extent); }).observe(v.canvas);
     for (const kind of ["pointerdown", "wheel"]) v.canvas.addEventListener(kind, () => { state.touched = true; }, { passive: true, capture: true });
     v.canvas.addEventListener("pointermove", (e) => { state.pointer = [e.clientX, e.clientY]; paint(); });
