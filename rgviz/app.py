@@ -7,6 +7,7 @@ writes and makes it, the scene draws what changed, every browser sees it.
 from __future__ import annotations
 
 import functools
+import hashlib
 import sys
 import threading
 import time
@@ -18,15 +19,18 @@ import numpy as np
 import viser
 
 from rgcore.config import Config
-from rgcore.errors import InputError, ProjectError
+from rgcore.errors import InputError, ProjectError, RgError
 from rgcore.exports.formats import FORMATS, archived, exported
 from rgcore.exports.options import Exported
+from rgcore.model.backdrops import laid
 from rgcore.model.doubt import work_list
 from rgcore.model.lint import lint
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
+from rgcore.scans.backdrop import read_backdrop, read_file
 from rgcore.scans.bags import USUAL, Topics, is_bag
 from rgviz import facts, status, theme
+from rgviz.backdrops import Backdrops
 from rgviz.bridge import HEAD
 from rgviz.figures import Figures
 from rgviz.gate import File, Gate, hosts_for, link, new_token
@@ -54,6 +58,8 @@ class App:
             self.gate.routes[f"/export/map{ending}"] = functools.partial(self._export, ending)
         self.worker = Worker()
         self.session: Session | None = None
+        self.backdrop: Path | None = None
+        """a floor plan to lay under the map as soon as there is one"""
         self.job: MappingJob | None = None
         self.failure: str | None = None
         self.views: dict[int, View] = {}
@@ -71,6 +77,7 @@ class App:
         self.gate.routes["/help"] = lambda _: File(help_page(static_folder()).encode(), "text/html; charset=utf-8")
         self.server = open_server(self.gate, host, port)
         self.scene = Scene(self.server)
+        self.backdrops = Backdrops(self.server.scene, self.worker.post)
         self.playback = Playback(self)
         furnish(self)
 
@@ -174,6 +181,17 @@ class App:
         session.listen(self._map_changed)
         self.show_session(session)
         self.playback.opened(project)
+        if self.backdrop is not None:
+            self._lay_first(session, self.backdrop)
+
+    def _lay_first(self, session: Session, file: Path) -> None:
+        """The plan that the command line named."""
+        try:
+            data = read_file(file)
+            if hashlib.sha256(data).hexdigest() not in {b.sha256 for b in session.map.backdrops.values()}:
+                session.lay(laid(session.map, data, file.name), data)
+        except RgError as e:
+            sys.stderr.write(f"rgviz: {e}\n")
 
     def show_session(self, session: Session) -> None:
         project = session.project
@@ -183,6 +201,8 @@ class App:
         self._name = project.name
         self.scene.show_evidence(np.asarray(project.points), np.asarray(project.trajectory.map_from_base)[:, :2])
         self.scene.show(project.map)
+        self.backdrops.project = project
+        self.backdrops.show(project.map)
         for view in self.views.values():
             view.show_title()
             view.map_changed()
@@ -197,6 +217,7 @@ class App:
 
     def _map_changed(self, _before: RGMap, after: RGMap) -> None:
         self.scene.show(after)
+        self.backdrops.show(after)
         for view in self.views.values():
             view.map_changed()
 
@@ -275,10 +296,11 @@ def view(
     token: str | None = None,
     topics: Topics = USUAL,
     play: Speed | None = None,
+    backdrop: Path | None = None,
 ) -> bool:
     """Serve a project, or map a log first, until Ctrl+C; False if the log could not be mapped (stderr says why).
 
-    ``play``: show how the log is mapped, at this speed.
+    ``play``: show how the log is mapped, at this speed; ``backdrop``: a floor plan to lay under the map.
 
     Raises RgError if there is nothing to serve.
     """
@@ -286,7 +308,10 @@ def view(
     project = path if path.is_dir() and not is_bag(path) else project_path or Path(path.name.split(".")[0] + ".rg")
     if not path.exists():
         raise InputError(path, "there is no such file or project")
+    if backdrop is not None:
+        read_backdrop(read_file(backdrop), str(backdrop))  # a plan that is none is told before a log is mapped
     app = App(host, port, token)
+    app.backdrop = backdrop
     try:
         if play is not None:
             app.play_log(None if path == project else path, project, play, config, topics)

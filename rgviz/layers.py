@@ -161,6 +161,7 @@ LAYERS: tuple[Layer, ...] = (
     Layer("/floors", "Floors", _OUTLINE, _floors, hint="coloured by class"),
     Layer("/outlines", "Outlines", _OUTLINE, _outlines),
     Layer("/labels", "Labels", {}, _nothing, hint="more of them as you zoom in"),
+    Layer("/backdrop", "Floor plan", {}, _nothing, hint="a picture or drawing that lies under the map"),
     Layer("/lines", "Lines", {"lines": (*_SHAPE, "regions")}, _lines, hint="coloured by region"),
     Layer(
         "/gateways",

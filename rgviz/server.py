@@ -21,19 +21,25 @@ import viser._messages
 import websockets.asyncio.server
 from websockets.http11 import Request, Response
 
+import rgcore.scans.backdrop
 from rgcore.errors import RgError
 from rgviz.gate import Gate, is_websocket, with_headers
 
 LARGEST = 4 * 2**20
 """bytes of one message from a browser; those of the page are a few kilobytes"""
-UPLOADS = frozenset({"FileTransferStartUpload", "FileTransferPart"})
-"""Messages of viser that bring files. The page sends none; who does wants to fill the memory."""
+LARGEST_FILE = rgcore.scans.backdrop.LARGEST
+"""bytes of a file that a browser may bring: floor plans, nothing else"""
 
 _serve_lock = threading.Lock()
 
 
-class _Kind(msgspec.Struct):
+class _Message(msgspec.Struct):
+    """What of a message of viser that brings a file is looked at."""
+
     type: str = ""
+    transfer_uuid: str = ""
+    size_bytes: int = 0
+    content: bytes = b""
 
 
 def patched_page(title: str, head: str) -> bytes:
@@ -97,7 +103,7 @@ def _serve_through(gate: Gate, installed: list[bool]) -> Iterator[None]:
                 if inspect.isawaitable(answer):
                     answer = await answer
             if answer is None and is_websocket(request):
-                _refuse_uploads(connection)
+                _limit_uploads(connection, gate.role(request) == "edit")
             return None if answer is None else with_headers(answer)
 
         if not installed:
@@ -111,16 +117,46 @@ def _serve_through(gate: Gate, installed: list[bool]) -> Iterator[None]:
         websockets.asyncio.server.serve = original  # type: ignore[misc]
 
 
-def _refuse_uploads(connection: Any) -> None:
-    """Close a websocket that brings a file."""
-    receive = connection.recv
+class Uploads:
+    """The files that one browser brings: one after the other, and never more of one than it said, or than is taken.
+
+    viser keeps all parts in memory until the last is there, as many as anybody sends.
+    """
+
+    def __init__(self, allowed: bool) -> None:
+        self._allowed = allowed
+        self._id, self._left = "", 0
+
+    def refuses(self, message: Any) -> str:
+        """Why a message is not taken; "" if it may pass."""
+        try:
+            m = msgspec.msgpack.decode(message, type=_Message)
+        except (msgspec.DecodeError, TypeError):
+            return ""  # anything else that is wrong with it viser finds out itself
+        if m.type not in ("FileTransferStartUpload", "FileTransferPart"):
+            return ""
+        if not self._allowed:
+            return "files are not taken here"
+        if m.type == "FileTransferStartUpload":
+            if self._left or not 0 < m.size_bytes <= LARGEST_FILE:
+                return f"one file at a time, of at most {LARGEST_FILE >> 20} MB"
+            self._id, self._left = m.transfer_uuid, m.size_bytes
+            return ""
+        if m.transfer_uuid != self._id or not 0 < len(m.content) <= self._left:
+            return "a file that is larger than it said"
+        self._left -= len(m.content)
+        return ""
+
+
+def _limit_uploads(connection: Any, allowed: bool) -> None:
+    """Close a websocket that brings what it must not."""
+    receive, uploads = connection.recv, Uploads(allowed)
 
     async def checked(*args: Any, **rest: Any) -> Any:
         message = await receive(*args, **rest)
-        with contextlib.suppress(msgspec.DecodeError):  # anything else that is wrong with it viser finds out itself
-            if msgspec.msgpack.decode(message, type=_Kind).type in UPLOADS:
-                await connection.close(1008, "rgviz: files are not taken here")
-                return await receive(*args, **rest)  # raises that the connection is closed
+        if why := uploads.refuses(message):
+            await connection.close(1008, f"rgviz: {why}")
+            return await receive(*args, **rest)  # raises that the connection is closed
         return message
 
     connection.recv = checked

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any, Generic, TypeVar
 
 from rgcore.errors import EditError, RgError
-from rgcore.model.edits import Edit
+from rgcore.model.edits import AddBackdrop, Edit
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 
@@ -46,6 +46,10 @@ class Session:
     def do(self, edit: Edit, by: str | None = None) -> None:
         """Make an edit. Raises EditError or ProjectError with a sentence for a person; nothing is changed then."""
         self._step(lambda: self.project.do(edit, by))
+
+    def lay(self, edit: AddBackdrop, data: bytes, by: str | None = None) -> None:
+        """Lay a floor plan, whose file is ``data``, under the map. Raises as ``do``."""
+        self._step(lambda: self.project.lay(edit, data, by))
 
     def undo(self, by: str | None = None) -> None:
         self._step(lambda: self.project.undo(by))

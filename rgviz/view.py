@@ -12,7 +12,7 @@ import viser._messages
 from rgcore.errors import EditError, RgError
 from rgcore.model.doubt import Doubt, next_after
 from rgcore.model.draft import note_on, place_of
-from rgcore.model.edits import Edit, WriteNote
+from rgcore.model.edits import AddBackdrop, Edit, WriteNote
 from rgcore.model.records import RGMap
 from rgviz import actions, gizmo, highlight, page, selecting, theme
 from rgviz.bridge import Answer, Bridge, Commit, FromBrowser, Pointer, Press
@@ -124,6 +124,10 @@ class View:
 
     def do(self, edit: Edit) -> None:
         self._session.do(edit, by="browser")
+
+    def lay(self, edit: AddBackdrop, data: bytes) -> None:
+        """A floor plan, whose file is ``data``, lies under the map from now on."""
+        self._session.lay(edit, data, by="browser")
 
     def undo(self) -> None:
         self._session.undo(by="browser")

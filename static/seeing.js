@@ -2,6 +2,7 @@
 "use strict";
 (() => {
   const rg = window.rg, { handlers, viser } = rg;
+  const LARGEST_FILE = 32 * 2 ** 20;              // bytes; rgcore/scans/backdrop.py says the same
 
   // ---- buttons: data-do says what, data-arg to what; Python decides whether it may be --------------------------------
   const press = (e) => rg.send({ type: "press", do: e.dataset.do, arg: e.dataset.arg || "" });
@@ -25,6 +26,14 @@
     if (found) found.scrollIntoView({ block: "nearest" });
     else if (tries) setTimeout(() => handlers.reveal(m, tries - 1), 25);
   };
+
+  document.addEventListener("change", (e) => {         // seen before viser sends a file that would not be taken
+    const file = e.target.type === "file" && e.target.files[0];
+    if (!file || file.size <= LARGEST_FILE) return;
+    e.stopPropagation();
+    e.target.value = "";
+    rg.send({ type: "press", do: "plan-too-large", arg: file.name.slice(0, 100) });
+  }, true);
 
   // ---- strength of layers: blended by the graphics card, so that it holds for every kind of material ------------------
   const strength = new Map();                     // by name of the layer's node; absent = full

@@ -229,11 +229,15 @@ class Project:
         from rgcore.model.backdrops import laid  # brings OpenCV
 
         edit = laid(self.map, data, name)
+        self.lay(edit, data, by)
+        return edit
+
+    def lay(self, edit: AddBackdrop, data: bytes, by: str | None = None) -> RGMap:
+        """``add_backdrop`` with the edit made already (:func:`rgcore.model.backdrops.laid`). Raises as ``do``."""
         with self._mutex:
             self.must_write()
             folder.keep_backdrop(self.path, edit.sha256, data)
-            self.do(edit, by)
-        return edit
+            return self.do(edit, by)
 
     def backdrop(self, sha256: str) -> bytes:
         """The file of a floor plan by its checksum. Raises ProjectError if it is not there."""

@@ -10,6 +10,7 @@ import io
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import cv2
@@ -59,6 +60,17 @@ class Drawing:
 
 
 Plan = Picture | Drawing
+
+
+def read_file(path: Path) -> bytes:
+    """The bytes of a plan's file, no more of them than are taken. Raises InputError."""
+    try:
+        with open(path, "rb") as f:
+            data = f.read(LARGEST + 1)
+    except OSError as e:
+        raise InputError(path, f"cannot be read: {e.strerror or e}") from e
+    form_of(data, str(path))
+    return data
 
 
 def form_of(data: bytes, name: str) -> Form:

@@ -50,6 +50,7 @@ def parser() -> argparse.ArgumentParser:
     c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")
     c = command("view", making.view, "open a project, or map a log first, in the browser", settings, bag, serving)
     c.add_argument("path", type=Path, metavar="PROJECT.rg|LOG")
+    c.add_argument("--backdrop", type=Path, metavar="PLAN", help="a floor plan to lay under the map: png, jpg or DXF")
     c = command("play", making.play, "watch how a log is mapped, at its own pace or faster", settings, bag, serving)
     c.add_argument("path", type=Path, metavar="LOG|PROJECT.rg")
     c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")

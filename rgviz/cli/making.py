@@ -69,7 +69,7 @@ def view(args: argparse.Namespace) -> None:
     from rgviz import app
 
     serving = {"host": args.host, "port": args.port, "open_browser": not args.no_browser}
-    mapped = app.view(args.path, config=_load_config(args), topics=_topics(args), **serving)
+    mapped = app.view(args.path, config=_load_config(args), topics=_topics(args), backdrop=args.backdrop, **serving)
     sys.exit(0 if mapped else 1)
 
 

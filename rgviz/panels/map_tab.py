@@ -12,6 +12,7 @@ from rgcore.exports.formats import FORMATS
 from rgviz import facts
 from rgviz.layers import LAYERS
 from rgviz.panels.parts import command_button, command_named, press
+from rgviz.panels.plans import Plans
 from rgviz.panels.tab import Doer, Tab
 
 if TYPE_CHECKING:
@@ -29,12 +30,14 @@ class MapTab(Tab):
         self.shown = {layer.name: layer.shown for layer in LAYERS}
         self.strength = dict.fromkeys(self.shown, 1.0)
         """in (0, 1], what is seen of a layer"""
+        self.plans = Plans(view)
         self._last: str | None = None
         self._lost: tuple[str, ...] | None = None
 
     @property
     def doers(self) -> Mapping[str, Doer]:
-        return {"look": self._look, "layer": self._toggle, "strength": self._fade, "download": self._download}
+        own = {"look": self._look, "layer": self._toggle, "strength": self._fade, "download": self._download}
+        return {**own, **self.plans.doers}
 
     def build(self) -> None:
         gui = self.parts.gui
@@ -44,11 +47,24 @@ class MapTab(Tab):
         )
         with self.parts.add(gui.add_folder("Layers")):
             self.parts.html(lambda: layer_rows(self.shown, self.strength))
+        if self.view.app.session is not None:
+            self.plans.build(self.parts.add(gui.add_folder("Floor plan")))
         with self.parts.add(gui.add_folder("Legend")):
             self.parts.html(lambda: self.view.app.legend(self.view.map))
         if self.view.app.session is not None:
             with self.parts.add(gui.add_folder("Download")):
                 self.parts.html(lambda: facts.downloads(self.view.app.title, ENDINGS, self._last, self._lost))
+
+    def refresh(self) -> None:
+        super().refresh()
+        self.plans.refresh()
+
+    def commit(self, field: str, value: str) -> bool:
+        return self.plans.parts.commit(field, value) or super().commit(field, value)
+
+    def close(self) -> None:
+        self.plans.close()
+        super().close()
 
     def set_layer(self, name: str, shown: bool) -> None:
         if self.shown[name] != shown:

@@ -98,7 +98,7 @@ class Panels:
 
     def commit(self, field: str, value: str) -> None:
         """A field is finished."""
-        if any(parts.commit(field, value) for parts in (self.inspector.parts, self.find_tab.parts)):
+        if self.inspector.parts.commit(field, value) or self.tabs[self.open].commit(field, value):
             self.refresh()
 
     def press(self, do: str, arg: str) -> None:

@@ -30,6 +30,10 @@ class Tab:
     def build(self) -> None:
         """Put the widgets in place, inside of the panel."""
 
+    def commit(self, field: str, value: str) -> bool:
+        """A field is finished; False if it is none of this tab's."""
+        return self.parts.commit(field, value)
+
     def refresh(self) -> None:
         self.parts.refresh()
 

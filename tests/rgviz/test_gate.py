@@ -17,7 +17,7 @@ from websockets.sync.client import connect
 from rgcore.errors import EditError, RgError
 from rgviz import server as server_module
 from rgviz.gate import File, Gate, hosts_for, link
-from rgviz.server import LARGEST, close_server, may_edit, open_server, patched_page
+from rgviz.server import LARGEST, LARGEST_FILE, Uploads, close_server, may_edit, open_server, patched_page
 
 TOKEN = "a-secret-of-this-test"
 
@@ -334,3 +334,28 @@ def test_addresses(served: Served) -> None:
     assert link(Gate(TOKEN, port=8080), "0.0.0.0").startswith("http://127.0.0.1:8080/")
     with pytest.raises(RgError, match="cannot listen there"):
         open_server(Gate(TOKEN), "203.0.113.7", 0)
+
+
+def test_a_file_is_taken_from_who_may_edit_and_no_more_of_it_than_was_said() -> None:
+    def start(size: int, id: str = "t") -> bytes:
+        return msgspec.msgpack.encode({"type": "FileTransferStartUpload", "transfer_uuid": id, "size_bytes": size})
+
+    def part(size: int, id: str = "t") -> bytes:
+        return msgspec.msgpack.encode({"type": "FileTransferPart", "transfer_uuid": id, "content": bytes(size)})
+
+    for taken in ([start(10), part(4), part(6)], [start(5), part(5), start(3, "u"), part(3, "u")], [b"junk"]):
+        uploads = Uploads(allowed=True)
+        assert [uploads.refuses(m) for m in taken] == [""] * len(taken)
+    for refused in (
+        [start(LARGEST_FILE + 1)],
+        [start(0)],
+        [start(-5)],
+        [part(1)],
+        [start(10), part(11)],
+        [start(10), part(10), part(1)],
+        [start(10), start(10, "u")],
+        [start(10), part(5, "u")],
+    ):
+        uploads = Uploads(allowed=True)
+        assert [bool(uploads.refuses(m)) for m in refused] == [False] * (len(refused) - 1) + [True]
+    assert Uploads(allowed=False).refuses(start(10)) == "files are not taken here"
