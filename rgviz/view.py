@@ -10,7 +10,6 @@ import viser
 import viser._messages
 
 from rgcore.errors import EditError, RgError
-from rgcore.model.doubt import Doubt, next_after
 from rgcore.model.draft import note_on, place_of
 from rgcore.model.edits import AddBackdrop, Edit, WriteNote
 from rgcore.model.records import RGMap
@@ -20,6 +19,7 @@ from rgviz.hands import Hands
 from rgviz.help import sheet
 from rgviz.panels import Panels
 from rgviz.picking import Item, Kind
+from rgviz.reviewing import Reviewing
 from rgviz.scene import FLAT_LIGHT, SOLID_LIGHT, Canvas
 from rgviz.selecting import Items
 from rgviz.server import may_edit
@@ -52,6 +52,7 @@ class View:
         self._preview = Canvas(client.scene, "/preview")
         self._gizmo = gizmo.Gizmo(client.scene, lambda *how: self.post(self._drag, *how))
         self.hands = Hands(self)
+        self.review = Reviewing(self)
         self.bridge = Bridge(client, self._heard)
         self.show_title()
         self.panels = Panels(self)
@@ -211,28 +212,6 @@ class View:
             self.hands.ask(asked, self.map.notes[one].text)
         else:
             self.hands.ask(Question(f"Note on {one}", at, lambda m, text: note_on(m, text, one)))
-
-    def next_to_check(self, step: int = 1) -> None:
-        """Select and show the item of the work list after (or before) the selected one, and say what is doubted."""
-        doubts = self.app.doubts(self.map)
-        self._show_doubt(next_after(doubts if step > 0 else doubts[::-1], self._one))
-
-    def confirm(self) -> None:
-        """What is selected is right; from an item of the work list, go on to the next."""
-        doubts, one = self.app.doubts(self.map), self._one
-        following = next_after(doubts, one) if one in [d.item for d in doubts] else None
-        self.act(lambda _, items: actions.confirm(items))
-        if following is not None:
-            self._show_doubt(following if following.item != one else None)
-
-    def _show_doubt(self, doubt: Doubt | None) -> None:
-        left = [d.item for d in self.app.doubts(self.map)]
-        if doubt is None or doubt.item not in left:
-            self.bridge.tell("say", text="Nothing left to check.")
-            return
-        self.go_to([doubt.item])
-        number = left.index(doubt.item) + 1
-        self.bridge.tell("say", text=f"{number} of {len(left)} to check: {doubt.item} - {'; '.join(doubt.reasons)}")
 
     def resize(self, field: str, value: float) -> None:
         item = self._some("Select an object first")[0]

@@ -73,7 +73,7 @@ def progress(map_: RGMap) -> str:
     items = [i for t in (map_.regions, map_.gateways, map_.objects) for i in t.values()]
     done = sum(i.provenance.confirmed for i in items)
     share = 100 * done / len(items) if items else 0.0
-    keys = "".join(command_button(command_named(n)) for n in ("next", "confirm"))
+    keys = "".join(command_button(command_named(n)) for n in ("next", "confirm", "reject"))
     return facts.wrap(
         f'<div class="rg-h">{done} of {len(items)}<small>regions, gateways, objects confirmed</small></div>'
         f'<div class="bar"><i style="width:{share:.1f}%;background:{theme.css(theme.BRAND)}"></i></div>'
