@@ -42,6 +42,7 @@ class View:
 
     hands: Hands
     panels: Panels
+    review: Reviewing
 
     def __init__(self, app: App, client: viser.ClientHandle) -> None:
         self.app, self.client = app, client
