@@ -10,7 +10,7 @@ from rgcore.slam.agreement import agreement
 from rgcore.slam.local import LocalMap, Match, discount, local_map
 from rgcore.slam.posegraph import Links
 from rgcore.slam.small import inverse, times, wrapped
-from rgcore.slam.surface import Surface, Surfaces
+from rgcore.slam.surface import Surface, Surfaces, filled
 
 LEAST_PAIRS = 10
 """Fewer paired points than this make no link."""
@@ -25,9 +25,7 @@ class Keyframes:
         self.since = 0  # the first after the last break
         self._poses = np.zeros((64, 3))
         self._ranges = np.zeros((64, len(bearings)))
-        self._start = np.zeros(65, np.int64)
-        self._points = np.zeros((4096, 2))
-        self._normals = np.zeros((4096, 2))
+        self._echoes, self._walls = _Pile(), _Pile()
 
     def __len__(self) -> int:
         return len(self.scans)
@@ -45,34 +43,35 @@ class Keyframes:
     @property
     def surfaces(self) -> Surfaces:
         """Their surface points, laser frame."""
-        n = len(self)
-        end = self._start[n]
-        return Surfaces(self._points[:end], self._normals[:end], self._start[: n + 1])
+        return self._echoes.all()
+
+    @property
+    def walls(self) -> Surfaces:
+        """The same :func:`filled`, to make maps of."""
+        return self._walls.all()
 
     def surface(self, keyframe: int) -> Surface:
         """The surface points of one."""
-        part = slice(self._start[keyframe], self._start[keyframe + 1])
-        return Surface(self._points[part], self._normals[part])
+        return self._echoes.one(keyframe)
 
     def add(self, pose: np.ndarray, surface: Surface, ranges: np.ndarray, scan: int) -> None:
         """Append one."""
-        k, end = len(self), self._start[len(self)] + len(surface.points)
-        if k + 1 == len(self._poses):
-            self._poses, self._ranges, self._start = _twice(self._poses), _twice(self._ranges), _twice(self._start)
-        while end > len(self._points):
-            self._points, self._normals = _twice(self._points), _twice(self._normals)
-        self._points[self._start[k] : end], self._normals[self._start[k] : end] = surface.points, surface.normals
-        self._poses[k], self._ranges[k], self._start[k + 1] = pose, ranges, end
+        k = len(self)
+        if k == len(self._poses):
+            self._poses, self._ranges = _twice(self._poses), _twice(self._ranges)
+        self._poses[k], self._ranges[k] = pose, ranges
+        self._echoes.add(surface)
+        self._walls.add(filled(surface))
         self.scans.append(scan)
 
     def map_of(self, members: np.ndarray) -> LocalMap:
         """The local map that these keyframes make."""
-        on: LocalMap = local_map(self.surfaces, members, self.poses)
+        on: LocalMap = local_map(self.walls, members, self.poses)
         return on
 
     def points_of(self, members: np.ndarray, origin: np.ndarray) -> np.ndarray:
-        """(n, 2) surface points of these keyframes, seen from ``origin`` (3,)."""
-        every = [se2.transform(se2.relative(origin, self.poses[m]), self.surface(m).points) for m in members]
+        """(n, 2) points of the walls of these keyframes, seen from ``origin`` (3,)."""
+        every = [se2.transform(se2.relative(origin, self.poses[m]), self._walls.one(m).points) for m in members]
         return np.concatenate(every)
 
     def agree(self, surface: Surface, ranges: np.ndarray, pose: np.ndarray, members: np.ndarray) -> np.ndarray:
@@ -109,6 +108,35 @@ def write_links(information, gradient, poses, members, pose, measured, out):  # 
         out[o, 0, 2] = out[o, 2, 0] = c * xt + s * yt
         out[o, 1, 2] = out[o, 2, 1] = -s * xt + c * yt
         out[o, 2, 2] = a[2, 2]
+
+
+class _Pile:
+    """Surfaces, one after the other, with room for more."""
+
+    def __init__(self) -> None:
+        self._many = 0
+        self._start = np.zeros(65, np.int64)
+        self._points, self._normals = np.zeros((4096, 2)), np.zeros((4096, 2))
+
+    def add(self, surface: Surface) -> None:
+        n = self._many
+        begin, end = self._start[n], self._start[n] + len(surface.points)
+        if n + 2 > len(self._start):
+            self._start = _twice(self._start)
+        while end > len(self._points):
+            self._points, self._normals = _twice(self._points), _twice(self._normals)
+        self._points[begin:end], self._normals[begin:end] = surface.points, surface.normals
+        self._start[n + 1] = end
+        self._many += 1
+
+    def all(self) -> Surfaces:
+        n = self._many
+        end = self._start[n]
+        return Surfaces(self._points[:end], self._normals[:end], self._start[: n + 1])
+
+    def one(self, k: int) -> Surface:
+        part = slice(self._start[k], self._start[k + 1])
+        return Surface(self._points[part], self._normals[part])
 
 
 def _twice(array: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from rgcore.geometry.compiled import inner, kernel
 from rgcore.slam.small import inverse, times, wrapped
-from rgcore.slam.surface import Surface
+from rgcore.slam.surface import FILL, Surface
 
 CELL = 0.3
 """Side of the cells [m] in which map points are found: about the search distance."""
@@ -139,7 +139,10 @@ def likelihood(points, on, pose):  # type: ignore[no-untyped-def]
         for v in range(max(0, row - 1), min(height, row + 2)):
             if first <= last:
                 for k in range(on.start[v * width + first], on.start[v * width + last + 1]):
-                    nearest = min(nearest, (x - on.points[k, 0]) ** 2 + (y - on.points[k, 1]) ** 2)
+                    dx, dy = x - on.points[k, 0], y - on.points[k, 1]
+                    across = dx * on.normals[k, 0] + dy * on.normals[k, 1]
+                    along = max(0.0, abs(dy * on.normals[k, 0] - dx * on.normals[k, 1]) - 0.5 * FILL)
+                    nearest = min(nearest, across * across + along * along)
         total += np.exp(-0.5 * nearest / (DEVIATION * DEVIATION))
     return total / max(1, len(points))
 

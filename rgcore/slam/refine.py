@@ -59,19 +59,21 @@ def neighbours(keyframes: Keyframes, settings: Slam) -> tuple[np.ndarray, np.nda
 def _pair(keyframes: Keyframes, a: np.ndarray, b: np.ndarray, reach: float, noise: float) -> Links:
     start = np.searchsorted(b, np.arange(len(keyframes) + 1))
     measured, information, pairs = np.zeros((len(a), 3)), np.zeros((len(a), 3, 3)), np.zeros(len(a))
-    _link_all(keyframes.surfaces, keyframes.poses, a, start, reach, noise, measured, information, pairs)
+    _link_all(
+        keyframes.surfaces, keyframes.walls, keyframes.poses, a, start, reach, noise, measured, information, pairs
+    )
     ok = pairs >= LEAST_PAIRS
     return Links(a[ok], b[ok], measured[ok], information[ok], np.full(int(ok.sum()), 30.0))
 
 
 @kernel
-def _link_all(surfaces, poses, near, start, reach, noise, measured, information, pairs):  # type: ignore[no-untyped-def]
+def _link_all(surfaces, walls, poses, near, start, reach, noise, measured, information, pairs):  # type: ignore[no-untyped-def]
     for i in range(len(poses)):
         own = slice(start[i], start[i + 1])
         members = near[own]
         if len(members) == 0:
             continue
-        on = local_map(surfaces, members, poses)
+        on = local_map(walls, members, poses)
         part = slice(surfaces.start[i], surfaces.start[i + 1])
         a, b = np.zeros((len(members), 3, 3)), np.zeros((len(members), 3))
         linearise(surfaces.points[part], surfaces.normals[part], on, poses[i], reach, noise, a, b, pairs[own])

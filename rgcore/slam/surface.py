@@ -8,6 +8,15 @@ import numpy as np
 
 from rgcore.geometry.compiled import inner, kernel
 
+FILL = 0.2
+"""Points of a filled surface lie no farther apart than this [m]: what lies between two echoes of a wall is wall."""
+STRAIGHT, OFF = 0.98, 0.06
+"""Two echoes in a row are of one straight wall when the cosine between their normals is larger, and one lies no farther
+[m] from the line of the other.
+"""
+BEAMS = 0.04
+"""[rad] and no beam, or some lost ones, pass between."""
+
 
 class Surface(NamedTuple):
     """Points (n, 2) [m] of one scan and their unit normals (n, 2) towards the laser; a normal of zeros is unknown."""
@@ -35,6 +44,24 @@ def surface(ranges: np.ndarray, bearings: np.ndarray, max_range: float, spacing:
     points, normals = np.empty((len(ranges), 2)), np.zeros((len(ranges), 2))
     n = _surface(ranges, bearings, max_range, spacing, points, normals)
     return Surface(points[:n], normals[:n])
+
+
+def filled(scan: Surface) -> Surface:
+    """The surface with points between those of a wall that is far away or seen aslant.
+
+    On a map of echoes alone a scan would fit best where its echoes lie on those of the map: where the robot stood, not
+    where it is.
+    """
+    points, normals = scan
+    step = np.diff(points, axis=0)
+    apart, square = np.sqrt((step**2).sum(1)), (points[:-1] ** 2).sum(1)
+    same = (normals[:-1] * normals[1:]).sum(1) > STRAIGHT
+    same &= np.abs((normals[:-1] * step).sum(1)) < OFF
+    same &= apart * np.abs((normals[:-1] * points[:-1]).sum(1)) < BEAMS * square
+    many = np.append(np.where(same, 1 + (apart / FILL).astype(np.int64), 1), 1)[: len(points)]
+    of = np.repeat(np.arange(len(points)), many)
+    share = (np.arange(len(of)) - np.repeat(np.cumsum(many) - many, many)) / many[of]
+    return Surface(points[of] + share[:, None] * np.append(step, [[0.0, 0.0]], 0)[of], normals[of])
 
 
 @kernel

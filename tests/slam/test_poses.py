@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from drives import BEARINGS, LASER, chain, error
 
 from rgcore.config import Slam
@@ -21,6 +22,8 @@ OFFICE = read_log(LOG)[:1500]
 TRUE = np.loadtxt(LOG.with_name("office.poses.tum"))[:1500]
 TRUE = np.column_stack([TRUE[:, 1:3], 2.0 * np.arctan2(TRUE[:, 6], TRUE[:, 7])])
 CORRIDOR = np.concatenate([chain((-20, -1), (80, -1)), chain((80, 1), (-20, 1))])
+
+HALL = chain((-60, -10), (140, -10), (140, 70), (-60, 70), (-60, -10))
 
 
 def measure(walls: np.ndarray, poses: np.ndarray, reach: float, odometry: np.ndarray) -> ScanLog:
@@ -54,11 +57,16 @@ def aligned(poses: np.ndarray, true: np.ndarray) -> float:
     return float(np.sqrt(((back - b) ** 2).sum(1).mean()))
 
 
-def test_an_empty_corridor_is_as_long_as_odometry_says() -> None:
-    """Nothing is seen along it: the way must neither shrink nor stretch, and the covariance must know."""
-    true = np.column_stack([0.2 * np.arange(200), np.zeros(200), np.zeros(200)])
+@pytest.mark.parametrize(("walls", "reach", "step"), [(CORRIDOR, 8.0, 0.2), (HALL, 30.0, 0.3)])
+def test_where_nothing_is_seen_along_the_way_it_is_as_long_as_odometry_says(
+    walls: np.ndarray, reach: float, step: float
+) -> None:
+    """It must neither shrink nor stretch. In the hall the echoes of one scan lie far apart; they must not draw the next
+    scan to where the robot stood.
+    """
+    true = np.column_stack([step * np.arange(200), np.zeros(200), np.zeros(200)])
     counted = true * [1.03, 1.0, 1.0]
-    log = measure(CORRIDOR, true, 8.0, counted)
+    log = measure(walls, true, reach, counted)
     mapper = Lrgc(log.bearings, Slam())
     for ranges, odometry in zip(log.ranges, log.odom_from_laser, strict=True):
         mapper.add(ranges, odometry)
