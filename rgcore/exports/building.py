@@ -14,7 +14,7 @@ from rgcore.slam.trajectory import Trajectory
 
 _TEXT, _INT, _FLOAT, _BOOL = 1, 2, 3, 4  # how the format tells the type of a parameter
 _LOST = (
-    "class scores, main axes, holes of regions and objects",
+    "class scores, main axes and objects",
     "classes of gateways other than doors: those are lanes only",
 )
 
@@ -24,7 +24,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
     level = _Level()
     lanes = Lanes(map)
     for (x, y), about in lanes.nodes:
-        level.vertex(x, y, about.get("name", about["rg_id"]) if about["kind"] == "region" else "")
+        level.vertex(x, y, level.unique(about.get("name", ""), about["rg_id"]) if about["kind"] == "region" else "")
     two_ways = sorted({(min(a, b), max(a, b)) for a, b, _ in lanes.edges})
     ways = [[a, b, {"bidirectional": [_BOOL, True], "graph_idx": [_INT, 0]}] for a, b in two_ways]
     walls = [
@@ -33,16 +33,19 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
         if not v.clutter
     ]
     doors = [
-        [level.vertex(*g.posts[0]), level.vertex(*g.posts[1]), _door(g.name or g.id)]
+        [level.vertex(*g.posts[0]), level.vertex(*g.posts[1]), _door(level.unique(g.name, g.id))]
         for g in _ordered(map.gateways)
         if g.class_ == "narrow_passage"
     ]
-    floors = []
+    floors, holes = [], []
     for r in _ordered(map.regions):
         about = {"rg_id": [_TEXT, r.id], "rg_name": [_TEXT, r.name], "rg_class": [_TEXT, r.class_]}
         if r.accuracy is not None:
             about["rg_accuracy"] = [_FLOAT, r.accuracy]
         floors.append({"parameters": about, "vertices": [level.vertex(x, y) for x, y in r.boundary]})
+        for hole in r.holes:
+            vertices = [level.vertex(x, y) for x, y in hole]
+            holes.append({"parameters": {"rg_id": [_TEXT, r.id]}, "vertices": vertices})
     document = {
         "coordinate_system": "cartesian_meters",
         "graphs": {},
@@ -52,6 +55,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
                 "elevation": 0.0,
                 "fiducials": [],
                 "floors": floors,
+                "holes": holes,
                 "lanes": ways,
                 "layers": {},
                 "measurements": [],
@@ -72,6 +76,13 @@ class _Level:
 
     def __init__(self) -> None:
         self.vertices: list[list[Any]] = []
+        self._names: set[str] = set()
+
+    def unique(self, name: str, id: str) -> str:
+        """A name that no other has: a fleet goes to places by their names, and refuses a map with two of one."""
+        free = next(n for n in (name, f"{name} ({id})", id, f"{id}'") if n and n not in self._names)
+        self._names.add(free)
+        return free
 
     def vertex(self, x: float, y: float, name: str = "") -> int:
         self.vertices.append([float(x), float(y), 0.0, name])

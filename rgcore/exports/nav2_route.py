@@ -48,6 +48,8 @@ class Lanes:
             self._cross(g)
         for r in map.regions.values():
             self._drive(r)
+        if not self.edges:
+            self.gaps.append("ways: there are none, and the route server refuses a graph without")
 
     def _cross(self, g: Gateway) -> None:
         """The nodes of a gateway, and the ways over its crossing-points between its gateway-points."""

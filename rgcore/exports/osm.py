@@ -23,6 +23,7 @@ from rgcore.slam.trajectory import Trajectory
 INDOOR = {"CDMA": "corridor", "ODMA": "corridor", "TOMA": "room", "CC": "room"}
 """``indoor=*`` by class of region; what people made is an area."""
 
+_AREA = {"area": "yes"}  # readers that do not know of indoor tags take a closed way for a line
 _LONGEST = 255  # characters of a value
 _NOWHERE = "the place on the earth: without a georeference the map lies at latitude 0, longitude 0"
 _LOST = ("class scores, main axes, crossing-points and gateway-points",)
@@ -36,7 +37,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
         if r.name:
             tags["name"] = r.name
         if not r.holes:
-            writer.way(r.boundary, tags, closed=True)
+            writer.way(r.boundary, {**tags, **_AREA}, closed=True)
         else:
             outer, *inner = (writer.way(ring, {}, closed=True) for ring in (r.boundary, *r.holes))
             writer.relation([(outer, "outer"), *((w, "inner") for w in inner)], {"type": "multipolygon", **tags})
@@ -48,7 +49,7 @@ def render(map: RGMap, trajectory: Trajectory | None, options: Options) -> Expor
         writer.way(g.posts, {"level": "0", **door, **named, **_rg("gateway", g)})
     for o in _ordered(map.objects):
         tags = {"indoor": "area", "level": "0", "height": f"{o.size[2]:.2f}", **_rg("object", o)}
-        writer.way(footprint(o), tags | ({"name": o.label} if o.label else {}), closed=True)
+        writer.way(footprint(o), tags | _AREA | ({"name": o.label} if o.label else {}), closed=True)
     for note in _ordered(map.notes):
         writer.point(note.place, {"note": note.text, **_rg("note", note)})
     return Exported(writer.xml(), lost=_LOST if options.georeference else (*_LOST, _NOWHERE))

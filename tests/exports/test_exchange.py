@@ -134,6 +134,7 @@ def test_open_rmf_gets_walls_doors_and_lanes_in_metres() -> None:
     lanes = nx.Graph([lane[:2] for lane in level["lanes"]])
     assert nx.is_connected(lanes)
     floors = {f["parameters"]["rg_id"][1]: at[f["vertices"]] for f in level["floors"]}
+    np.testing.assert_allclose(at[level["holes"][0]["vertices"]], ROOMS.regions["r1"].holes[0])
     np.testing.assert_allclose(floors["r2"], ROOMS.regions["r2"].boundary)
 
 
