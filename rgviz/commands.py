@@ -97,7 +97,10 @@ COMMANDS: tuple[Command, ...] = (
     Command("next", "Next to check", lambda v: v.review.next(), ("U",), "Review"),
     Command("previous", "Previous to check", lambda v: v.review.next(-1), ("shift+U",), "Review"),
     Command("confirm", "Confirm, go on to the next", lambda v: v.review.confirm(), ("C",), "Review", CHECKED),
-    Command("reject", "Not there: delete, go on to the next", lambda v: v.review.reject(), ("N",), "Review", CHECKED),
+    Command(
+        "reject", "Not there: delete, go on to the next", lambda v: v.review.reject(),
+        ("shift+delete", "shift+backspace"), "Review", CHECKED,
+    ),
     Command("unconfirm", "Check again", _act(lambda _, i: actions.unconfirm(i)), ("shift+C",), "Review", CHECKED),
     Command("revert", "Revert to automatic", _act(actions.revert), ("shift+R",), "Review", CHECKED),
     Command("note", "Write a note", lambda v: v.write_note(), ("T",), "Review"),

@@ -95,11 +95,20 @@ def line(map_: RGMap, id_: str, figures: Figures | None = None) -> tuple[str, Li
         ("Heading", f"{math.degrees(math.atan2(y1 - y0, x1 - x0)):.1f}°"),
         ("Support", f"{v.support:,} segments" + (f" of {scans:,} scans" if scans else "")),
         ("Residual", "unknown" if v.residual is None else f"{1000 * v.residual:.1f} mm"),
+        ("Uncertainty", deviation(v)),
         ("Region", ", ".join(named(map_, r) for r in v.regions) or "none"),
         ("Kind", "clutter: a thing, no wall" if v.clutter else "wall"),
         ("Start, end", points((v.start, v.end))),
     ]
     return heading("Line", v.id) + table(rows), v
+
+
+def deviation(v: Line) -> str:
+    """How sure the mapper is of where a line lies: one standard deviation across its middle, and of its direction."""
+    if v.deviation is None:
+        return "unknown"
+    across, turn = v.deviation
+    return f"± {1000 * across:.1f} mm across, ± {math.degrees(turn):.2f}°"
 
 
 def object_(map_: RGMap, id_: str, _: Figures | None = None) -> tuple[str, MapObject]:

@@ -91,18 +91,6 @@ class ConfirmObject(Edit, frozen=True):
         return f"confirm {self.object}"
 
 
-class RejectObject(Edit, frozen=True):
-    """The mapper took something for an object that is none."""
-
-    object: ObjectId
-
-    def change(self, map: RGMap) -> RGMap:
-        return drop(map, "objects", the_object(map, self.object).id)
-
-    def title(self, map: RGMap) -> str:
-        return f"reject {self.object}"
-
-
 class DeleteObject(Edit, frozen=True):
     """There is no such object."""
 
@@ -113,6 +101,13 @@ class DeleteObject(Edit, frozen=True):
 
     def title(self, map: RGMap) -> str:
         return f"delete {self.object}"
+
+
+class RejectObject(DeleteObject, frozen=True):
+    """The mapper took something for an object that is none."""
+
+    def title(self, map: RGMap) -> str:
+        return f"reject {self.object}"
 
 
 def _made(map: RGMap, edit: SeedObject | AddObject, lines: tuple[str, ...]) -> MapObject:

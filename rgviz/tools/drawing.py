@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from rgcore.errors import EditError
 from rgcore.geometry import cutting, polygons
 from rgcore.model import draft
-from rgcore.model.edits import AddRegion, Edit, SplitRegion
+from rgcore.model.edits import AddGateway, AddRegion, DrawLine, Edit, SplitRegion
 from rgcore.model.fields import new_id
 from rgcore.model.gates import sides
 from rgcore.model.ground import before_line, region_before, shape_of
 from rgcore.model.records import Point, RGMap
-from rgviz.picking import Item, region_at
+from rgviz.picking import Item, Kind, region_at
 from rgviz.selecting import Items
 from rgviz.tools.tool import (
     NEAR,
@@ -32,6 +32,8 @@ from rgviz.tools.tool import (
     straightened,
     tried,
 )
+
+Ends = tuple[Point, Point]
 
 
 @dataclass(frozen=True)
@@ -179,58 +181,63 @@ class SplitTool(Drawing):
 
 
 @dataclass(frozen=True)
-class WallTool(Drawing):
+class EndsTool(Drawing):
+    """Something that has two ends; what would be made is shown as the map would take it."""
+
+    kind: ClassVar[Kind]
+    most = 2
+
+    def made(self, edit: Edit) -> Items | None:
+        return (Item(self.kind, edit.id),)  # type: ignore[attr-defined]
+
+    def sketch(self, map_: RGMap) -> Sketch:
+        if len(self.path) < 2:
+            return self.shown(marks=self._tip(map_))
+        edit, why = tried(map_, lambda: self.edit(map_, self.path))
+        if edit is None:
+            return self.shown(strokes=(Stroke(self.path, "bad"),), note=why, refused=True)
+        ends, across, note = self.preview(map_, edit)
+        strokes = (Stroke(ends, "good"), Stroke(across, "other"))
+        return self.shown(strokes=strokes, note=note, marks=self._tip(map_))
+
+    def preview(self, map_: RGMap, edit: Any) -> tuple[Ends, Ends, str]:
+        """Its ends, a stroke that tells its sides, and what is said of it."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class WallTool(EndsTool):
     """A wall that the laser did not see."""
 
     title = "Draw a wall"
     hint = "Drag from end to end, or click both. Shift: along a main axis; Ctrl: no snapping."
-    most = 2
+    kind = "line"
 
     def edit(self, map_: RGMap, points: tuple[Point, ...]) -> Edit:
         return draft.draw_wall(map_, points[0], points[1], snap=self.snap)
 
-    def made(self, edit: Edit) -> Items | None:
-        return (Item("line", edit.id),)  # type: ignore[attr-defined]
-
-    def sketch(self, map_: RGMap) -> Sketch:
-        if len(self.path) < 2:
-            return self.shown(marks=self._tip(map_))
-        edit, why = tried(map_, lambda: self.edit(map_, self.path))
-        if edit is None:
-            return self.shown(strokes=(Stroke(self.path, "bad"),), note=why, refused=True)
-        a, b = edit.start, edit.end  # type: ignore[attr-defined]
+    def preview(self, map_: RGMap, edit: DrawLine) -> tuple[Ends, Ends, str]:
+        a, b = edit.start, edit.end
         middle = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
         home = region_before(map_, a, b)
         name = f" of {_called(map_, home)}" if home else ", bounds no region"
-        strokes = (Stroke((a, b), "good"), Stroke((middle, before_line(a, b, min(0.4, math.dist(a, b) / 3))), "other"))
-        return self.shown(strokes=strokes, note=metres(a, b) + name, marks=self._tip(map_))
+        return (a, b), (middle, before_line(a, b, min(0.4, math.dist(a, b) / 3))), metres(a, b) + name
 
 
 @dataclass(frozen=True)
-class GatewayTool(Drawing):
+class GatewayTool(EndsTool):
     """A gateway between the regions on both sides of its posts."""
 
     title = "Add a gateway"
     hint = "Click its two posts, or drag from one to the other."
-    most = 2
+    kind = "gateway"
 
     def edit(self, map_: RGMap, points: tuple[Point, ...]) -> Edit:
         return draft.add_gateway(map_, (points[0], points[1]), snap=self.snap)
 
-    def made(self, edit: Edit) -> Items | None:
-        return (Item("gateway", edit.id),)  # type: ignore[attr-defined]
-
-    def sketch(self, map_: RGMap) -> Sketch:
-        if len(self.path) < 2:
-            return self.shown(marks=self._tip(map_))
-        edit, why = tried(map_, lambda: self.edit(map_, self.path))
-        if edit is None:
-            return self.shown(strokes=(Stroke(self.path, "bad"),), note=why, refused=True)
-        posts, regions, class_ = edit.posts, edit.regions, edit.class_  # type: ignore[attr-defined]
-        left, right = sides(posts)
-        words = f"{metres(*posts)} {class_} between {' and '.join(_called(map_, r) for r in regions)}"
-        strokes = (Stroke(posts, "good"), Stroke((left, right), "other"))
-        return self.shown(strokes=strokes, note=words, marks=self._tip(map_))
+    def preview(self, map_: RGMap, edit: AddGateway) -> tuple[Ends, Ends, str]:
+        regions = " and ".join(_called(map_, r) for r in edit.regions)
+        return edit.posts, sides(edit.posts), f"{metres(*edit.posts)} {edit.class_} between {regions}"
 
 
 @dataclass(frozen=True)
