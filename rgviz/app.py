@@ -65,7 +65,7 @@ class App:
         self.views: dict[int, View] = {}
         self.pace = status.Pace()
         self._name = theme.NAME
-        self.picker = Latest(lambda m: Picker(m, self.scene.artist))
+        self.picker = Latest(Picker)
         self.labels = Latest(lambda m: labels(m, self.scene.artist))
         self.legend = Latest(facts.legend)
         self.findings = Latest(lint)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rgcore.model.records import RGMap
+from rgcore.model.rows import line_ends
 from rgviz import theme
 from rgviz.artist import Artist
 from rgviz.drawings import (
@@ -80,14 +81,14 @@ def _outlines(map_: RGMap, artist: Artist) -> Drawings:
 
 
 def _lines(map_: RGMap, artist: Artist) -> Drawings:
-    ends = at(artist.line_ends(map_.lines), theme.Z_LINE)
+    ends = at(line_ends(map_.lines), theme.Z_LINE)
     return {"lines": Strokes(ends, artist.line_colors(map_.lines), theme.LINE_WIDTH)}
 
 
-def _walls(map_: RGMap, artist: Artist) -> Drawings:
+def _walls(map_: RGMap, _: Artist) -> Drawings:
     """Lines raised to walls, but for those that an object explains."""
     furniture = {i for o in map_.objects.values() for i in o.lines}
-    ends = artist.line_ends(map_.lines)[np.array([k not in furniture for k in map_.lines], bool)]
+    ends = line_ends(map_.lines)[np.array([k not in furniture for k in map_.lines], bool)]
     low, high = at(ends, 0.0), at(ends, theme.WALL_HEIGHT)
     corners = np.stack([low[:, 0], low[:, 1], high[:, 1], high[:, 0]], 1).reshape(-1, 3)
     first = 4 * np.arange(len(ends))[:, None, None]

@@ -13,7 +13,7 @@ from typing import Literal, Protocol
 import numpy as np
 
 from rgcore.model.records import MapObject, RGMap
-from rgviz.artist import Artist
+from rgcore.model.rows import line_ends
 from rgviz.drawings import at
 
 Kind = Literal["region", "gateway", "line", "object", "note"]
@@ -80,10 +80,10 @@ class Projector:
 class Picker:
     """The arrays of one map, ready for clicks."""
 
-    def __init__(self, map_: RGMap, artist: Artist | None = None) -> None:
+    def __init__(self, map_: RGMap) -> None:
         self.map = map_
         self.lines = list(map_.lines)
-        self.line_ends = at((artist or Artist()).line_ends(map_.lines), 0.0)
+        self.line_ends = at(line_ends(map_.lines), 0.0)
         self.gateways = list(map_.gateways)
         self.gateway_ends = _on_floor([v.posts for v in map_.gateways.values()])
         self.notes = list(map_.notes)
@@ -174,8 +174,7 @@ def _inside(ring: tuple[tuple[float, float], ...], point: np.ndarray) -> bool:
 
 def line_near(map_: RGMap, point: tuple[float, float], reach: float) -> str | None:
     """The line nearest to a place of the floor, if within ``reach`` [m]."""
-    ends = np.array([(v.start, v.end) for v in map_.lines.values()]).reshape(-1, 2, 2)
-    return _nearest_of(list(map_.lines), ends, np.asarray(point, float), reach)
+    return _nearest_of(list(map_.lines), line_ends(map_.lines), np.asarray(point, float), reach)
 
 
 def _inside_box(points: np.ndarray, box: np.ndarray) -> np.ndarray:

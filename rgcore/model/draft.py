@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from rgcore.model.fields import new_id
 from rgcore.model.gates import LEAST_WIDTH, regions_beside
 from rgcore.model.ground import free_space, shape_of
 from rgcore.model.records import Line, Point, RGMap, rounded
+from rgcore.model.rows import is_clutter, line_ends
 
 SNAP = 0.3
 """m: a drawn point so near to the end of a wall means it"""
@@ -40,14 +42,14 @@ def split_region(
     Raises EditError if there is no such region.
     """
     home = shape_of(the_region(map, region))
-    ends = np.array([(v.start, v.end) for v in map.lines.values()]).reshape(-1, 2, 2)
-    near = [v for v, far in zip(map.lines.values(), cutting.gaps(home, ends), strict=True) if far < snap]
+    near = _beside(map, home, snap)
+    walls = list(map.lines.values())
     cut = list(path)
-    wall = _along(near, cut, snap) if len(cut) == 2 else None
+    wall = _along((walls[n] for n in near), cut, snap) if len(cut) == 2 else None
     if wall is not None:
         cut = [_foot(p, wall) for p in cut]
     else:
-        cut = [snapped(near, cut[0], snap), *cut[1:-1], snapped(near, cut[-1], snap)]
+        cut = [_snapped(map, near, cut[0], snap), *cut[1:-1], _snapped(map, near, cut[-1], snap)]
     if math.dist(cut[0], cut[-1]) < LEAST_WIDTH:  # both caught by one corner
         cut = list(path)
     return SplitRegion(
@@ -71,7 +73,7 @@ def add_gateway(
     Without ``regions`` it joins those on both sides; without ``class_`` it is a narrow_passage up to 1.5 m, an opening
     beyond. Raises EditError if there are no two regions beside it.
     """
-    a, b = (snapped(map.lines.values(), p, snap) for p in posts)
+    a, b = (snapped(map, p, snap) for p in posts)
     if math.dist(a, b) < snap:  # both caught by one corner
         a, b = posts
     joined = regions_beside(map, (a, b)) if regions is None else regions
@@ -91,7 +93,7 @@ def draw_wall(map: RGMap, start: Point, end: Point, free: Point | None = None, s
 
     Without one, free space is on the side nearer to a region; left of start -> end where both are as near.
     """
-    a, b = snapped(map.lines.values(), start, snap), snapped(map.lines.values(), end, snap)
+    a, b = snapped(map, start, snap), snapped(map, end, snap)
     if math.dist(a, b) < snap:
         a, b = start, end
     (ax, ay), (bx, by) = a, b
@@ -166,8 +168,7 @@ def object_in_rectangle(
 def lines_in_rectangle(map: RGMap, low: Point, high: Point) -> tuple[str, ...]:
     """Ids of the lines that lie wholly in an upright rectangle between two opposite corners."""
     box = np.sort(np.array([low, high]), axis=0)
-    ends = np.array([(v.start, v.end) for v in map.lines.values()]).reshape(-1, 2, 2)
-    inside = ((ends >= box[0]) & (ends <= box[1])).all((1, 2))
+    inside = ((line_ends(map.lines) >= box[0]) & (line_ends(map.lines) <= box[1])).all((1, 2))
     return tuple(id for id, yes in zip(map.lines, inside, strict=True) if yes)
 
 
@@ -190,14 +191,33 @@ def place_of(map: RGMap, id: str) -> Point:
     return rounded((ax + bx) / 2), rounded((ay + by) / 2)
 
 
-def snapped(lines: Iterable[Line], point: Point, reach: float = SNAP) -> Point:
-    """The nearest end of a wall within ``reach`` [m] of a point, else the point."""
-    ends = np.array([p for v in lines if not v.clutter for p in (v.start, v.end)]).reshape(-1, 2)
+def snapped(map: RGMap, point: Point, reach: float = SNAP, without: str | None = None) -> Point:
+    """The nearest end of a wall within ``reach`` [m] of a point, else the point; ``without`` a line."""
+    places = np.arange(len(map.lines))
+    return _snapped(map, places if without is None else places[[id != without for id in map.lines]], point, reach)
+
+
+def _snapped(map: RGMap, places: np.ndarray, point: Point, reach: float) -> Point:
+    """``snapped``, to the lines at these places of their table."""
+    ends = line_ends(map.lines)[places][~is_clutter(map.lines)[places]].reshape(-1, 2)
     far = np.hypot(*(ends - point).T)
     if not len(ends) or far.min() > reach:
         return point
     x, y = ends[int(far.argmin())]
     return float(x), float(y)
+
+
+def is_end(map: RGMap, point: Point) -> bool:
+    """Whether a line begins or ends exactly there."""
+    return bool((line_ends(map.lines) == point).all(2).any())
+
+
+def _beside(map: RGMap, shape: Any, reach: float) -> np.ndarray:
+    """Places in their table of the lines within ``reach`` [m] of a polygon."""
+    ends, (x0, y0, x1, y1) = line_ends(map.lines), shape.bounds
+    low, high = ends.min(1) - reach, ends.max(1) + reach
+    near = np.flatnonzero(((low < (x1, y1)) & (high > (x0, y0))).all(1))  # a cheap look before the exact one
+    return near[cutting.gaps(shape, ends[near]) < reach]
 
 
 def _along(lines: Iterable[Line], cut: Sequence[Point], reach: float) -> Line | None:

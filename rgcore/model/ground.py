@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import re
 from collections.abc import Collection, Iterable
@@ -26,8 +27,11 @@ ASIDE = 0.15
 
 
 def shape_of(region: Region) -> Any:
-    """The polygon of a region."""
-    return polygons.polygon(region.boundary, region.holes)
+    """The polygon of a region; made once for an outline, for a preview asks for those of all regions at every move."""
+    return _polygon(region.boundary, region.holes)
+
+
+_polygon = functools.lru_cache(maxsize=20_000)(polygons.polygon)
 
 
 def reshaped(region: Region, shape: Any) -> Region:

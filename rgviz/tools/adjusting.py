@@ -10,7 +10,21 @@ from rgcore.model.follow import Follow
 from rgcore.model.records import Point, RGMap, rounded
 from rgviz.picking import Item
 from rgviz.selecting import Items, still_there
-from rgviz.tools.tool import Hand, Handle, Ink, Shape, Sketch, Stroke, Tool, Turn, changed, metres, straightened, tried
+from rgviz.tools.tool import (
+    Hand,
+    Handle,
+    Ink,
+    Shape,
+    Sketch,
+    Stroke,
+    Tool,
+    Turn,
+    changed,
+    metres,
+    short,
+    straightened,
+    tried,
+)
 
 
 @dataclass(frozen=True)
@@ -98,8 +112,8 @@ class Drag(Tool):
         if hand.straight and fixed is not None:
             return straightened(fixed, hand.at, _axes(map_, self.item))
         if self.handle in ("p0", "p1", "start", "end"):
-            return hand.caught(v for v in map_.lines.values() if v.id != self.item.id)
-        return hand.caught(())
+            return hand.caught(map_, self.item.id)
+        return short(hand.at)
 
 
 def handles(map_: RGMap, item: Item) -> tuple[Handle, ...]:

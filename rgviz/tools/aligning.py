@@ -61,4 +61,4 @@ class AlignTool(Tool):
 
     def _at(self, map_: RGMap, hand: Hand) -> Point:
         """A point of the plan is where it is; where it belongs may be the end of a wall."""
-        return hand.caught(map_.lines.values()) if len(self.points) % 2 else short(hand.at)
+        return hand.caught(map_) if len(self.points) % 2 else short(hand.at)

@@ -112,7 +112,7 @@ class Drawing(Tool):
     def _pointed(self, map_: RGMap, hand: Hand) -> Point:
         if hand.straight and self.points:
             return straightened(self.points[-1], hand.at, self.axes(map_))
-        return hand.caught(map_.lines.values())
+        return hand.caught(map_)
 
     def _with(self, map_: RGMap, point: Point, pressed: bool = False) -> Turn:
         tool = changed(self, points=(*self.points, point), pressed=pressed)
@@ -120,8 +120,7 @@ class Drawing(Tool):
 
     def _tip(self, map_: RGMap) -> tuple[Handle, ...]:
         """A ring around the tip where it has caught the end of a wall."""
-        ends = {p for v in map_.lines.values() for p in (v.start, v.end)} if self.tip else set()
-        return (Handle("tip", *self.tip, "snap"),) if self.tip in ends and self.tip else ()
+        return (Handle("tip", *self.tip, "snap"),) if self.tip and draft.is_end(map_, self.tip) else ()
 
 
 @dataclass(frozen=True)

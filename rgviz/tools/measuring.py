@@ -27,7 +27,7 @@ class Ruler(Tool):
     edits = False
 
     def press(self, map_: RGMap, hand: Hand) -> Turn:
-        at = hand.caught(map_.lines.values())
+        at = hand.caught(map_)
         if self.done:
             return Turn(Ruler(points=(at,), tip=at))
         if self.points and math.dist(at, self.points[-1]) <= NEAR * hand.pixel:
@@ -37,7 +37,7 @@ class Ruler(Tool):
     def move(self, map_: RGMap, hand: Hand) -> Turn:
         if self.done:
             return Turn(self)
-        return Turn(changed(self, tip=hand.caught(map_.lines.values()), over=measured(map_, hand)))
+        return Turn(changed(self, tip=hand.caught(map_), over=measured(map_, hand)))
 
     def finish(self, map_: RGMap) -> Turn:
         return Turn(changed(self, done=bool(self.points), tip=None, over=""))

@@ -45,7 +45,7 @@ class ReshapeTool(Tool):
         rings = _rings(map_, self.region)
         ring = rings[n]
         if what == "c":
-            tip = _right_angled(ring, k, hand.at) if hand.straight else hand.caught(map_.lines.values())
+            tip = _right_angled(ring, k, hand.at) if hand.straight else hand.caught(map_)
             moved = _put(ring, {k: tip})
         else:
             moved = _pushed(ring, k, hand, map_)
@@ -162,7 +162,7 @@ def _pushed(ring: Ring, k: int, hand: Hand, map_: RGMap) -> Ring:
     a, b = ring[i], ring[j]
     length = max(math.dist(a, b), 1e-9)
     nx, ny = -(b[1] - a[1]) / length, (b[0] - a[0]) / length
-    tip = hand.caught(map_.lines.values())
+    tip = hand.caught(map_)
     by = (tip[0] - a[0]) * nx + (tip[1] - a[1]) * ny
     return _put(ring, {m: (rounded(p[0] + by * nx), rounded(p[1] + by * ny)) for m, p in ((i, a), (j, b))})
 

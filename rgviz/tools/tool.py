@@ -7,7 +7,7 @@ A tool answers each doing with a ``Turn``: the tool as it goes on, perhaps an ed
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
@@ -16,7 +16,7 @@ import msgspec
 from rgcore.errors import EditError
 from rgcore.model import draft
 from rgcore.model.edits import Edit
-from rgcore.model.records import Line, Point, RGMap, rounded
+from rgcore.model.records import Point, RGMap, rounded
 from rgviz.selecting import Items
 
 NEAR = 9.0
@@ -50,10 +50,11 @@ class Hand:
         """How far a point may be moved to catch the end of a wall [m]."""
         return 0.0 if self.free else min(draft.SNAP, SNAP * self.pixel)
 
-    def caught(self, walls: Iterable[Line]) -> Point:
-        """Where the hand points to: the end of a wall near it, else the place itself, in whole millimetres."""
+    def caught(self, map_: RGMap, without: str | None = None) -> Point:
+        """Where the hand points to: the end of a wall near it (not of the line ``without``), else the place itself, in
+        whole millimetres."""
         if not self.free:
-            place = draft.snapped(walls, self.at, self.snap)
+            place = draft.snapped(map_, self.at, self.snap, without)
             if place != self.at:
                 return place
         return short(self.at)

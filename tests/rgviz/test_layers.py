@@ -10,8 +10,9 @@ from office_map import big_office, office_map
 from rgcore.model.draft import object_from_lines
 from rgcore.model.edits import ClassifyRegion, DeleteGateway, DeleteLines, MoveLine, RenameRegion
 from rgcore.model.records import Line, RGMap, replace
+from rgcore.model.rows import Rows
 from rgviz import highlight, theme
-from rgviz.artist import Artist, Rows
+from rgviz.artist import Artist
 from rgviz.drawings import Dots, Drawing, Faces, Strokes, bounds, box_corners
 from rgviz.labels import labels
 from rgviz.layers import LAYERS, extent, growing_path
