@@ -6,19 +6,38 @@ time of compiling. Plain loops over rows compile several times faster than array
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from numba import njit
-
-inner = njit(nogil=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)  # type: ignore[call-overload]
+from numba import njit, types
 
 
 def kernel(function: Callable[..., Any]) -> Any:
     """The function compiled on its first call with given types, and kept on disk for later processes."""
-    compiled: Any = njit(cache=True, nogil=True, error_model="numpy")(function)
+    compiled = _compiled(function, cache=True)
     compiled._cache._cache_file._source_stamp = _STAMP
+    return compiled
+
+
+def inner(function: Callable[..., Any]) -> Any:
+    """The function as a part of the kernels that call it."""
+    return _compiled(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
+
+
+def _compiled(function: Callable[..., Any], **options: bool) -> Any:
+    """Where one kernel calls another, a literal is taken for any number of its type.
+
+    A counter that starts at 0 is the literal 0 while numba finds out the types of a loop, and what it is given to
+    would be compiled for that literal first and then again for integers: a quarter of all the time of compiling.
+    """
+    compiled: Any = njit(nogil=True, error_model="numpy", **options)(function)  # type: ignore[call-overload]
+    by_types = compiled.get_call_template
+
+    def by_wide_types(args: Sequence[types.Type], named: dict[str, types.Type]) -> Any:
+        return by_types([types.unliteral(a) for a in args], {name: types.unliteral(a) for name, a in named.items()})
+
+    compiled.get_call_template = by_wide_types
     return compiled
 
 
