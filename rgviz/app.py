@@ -12,7 +12,7 @@ import sys
 import threading
 import time
 import webbrowser
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,9 @@ from rgcore.model.records import RGMap
 from rgcore.scans.backdrop import read_backdrop, read_file
 from rgcore.scans.bags import USUAL, Topics, is_bag
 from rgviz import facts, status, theme
+from rgviz.again import words
+from rgviz.again.again import Again
+from rgviz.again.others import Others
 from rgviz.backdrops import Backdrops
 from rgviz.bridge import HEAD
 from rgviz.figures import Figures
@@ -79,6 +82,7 @@ class App:
         self.scene = Scene(self.server)
         self.backdrops = Backdrops(self.server.scene, self.worker.post)
         self.playback = Playback(self)
+        self.again, self.others = Again(self), Others(self)
         furnish(self)
 
     # ---- state that views read --------------------------------------------------------------------
@@ -160,6 +164,7 @@ class App:
         """End the server, the mapping and the project; safe to call twice."""
         if self.job is not None:
             self.job.cancel()
+        self.again.stop()
         self.playback.stop()
         self.worker.finish()
         close_server(self.server)
@@ -172,7 +177,9 @@ class App:
             return status.failed(self.failure)
         if self.playback.on:
             return self.playback.status_html()
-        return status.progress(self.pace) if self.session is None else status.held(self.session.project)
+        if self.session is None:
+            return status.progress(self.pace)
+        return status.held(self.session.project) + words.status(self.again)
 
     # ---- on the editor's thread -------------------------------------------------------------------
 
@@ -181,6 +188,7 @@ class App:
         session.listen(self._map_changed)
         self.show_session(session)
         self.playback.opened(project)
+        self.again.opened(project)
         if self.backdrop is not None:
             self._lay_first(session, self.backdrop)
 
@@ -197,6 +205,7 @@ class App:
         project = session.project
         self.session = session
         self.figures = Figures(project)
+        self.others.forget()
         self.job = None
         self._name = project.name
         self.scene.show_evidence(np.asarray(project.points), np.asarray(project.trajectory.map_from_base)[:, :2])
@@ -220,6 +229,7 @@ class App:
         self.backdrops.show(after)
         for view in self.views.values():
             view.map_changed()
+        self.again.map_changed()
 
     def _hear_job(self, message: Report | Finished) -> None:
         if isinstance(message, Finished):
@@ -296,11 +306,16 @@ def view(
     token: str | None = None,
     topics: Topics = USUAL,
     play: Speed | None = None,
+    logs: Sequence[Path] = (),
+    against: Sequence[Path] = (),
     backdrop: Path | None = None,
 ) -> bool:
     """Serve a project, or map a log first, until Ctrl+C; False if the log could not be mapped (stderr says why).
 
-    ``play``: show how the log is mapped, at this speed; ``backdrop``: a floor plan to lay under the map.
+    play     show how the log is mapped, at this speed
+    logs     may be mapped again from the page, beside the project's own and those that lie by it
+    against  maps to compare with: projects, runs of one, exported maps
+    backdrop  a floor plan to lay under the map
 
     Raises RgError if there is nothing to serve.
     """
@@ -308,10 +323,14 @@ def view(
     project = path if path.is_dir() and not is_bag(path) else project_path or Path(path.name.split(".")[0] + ".rg")
     if not path.exists():
         raise InputError(path, "there is no such file or project")
+    for named in (*logs, *against):
+        if not named.exists():
+            raise InputError(named, "there is no such file or project")
     if backdrop is not None:
         read_backdrop(read_file(backdrop), str(backdrop))  # a plan that is none is told before a log is mapped
     app = App(host, port, token)
     app.backdrop = backdrop
+    app.again.given, app.others.against = tuple(logs), tuple(against)
     try:
         if play is not None:
             app.play_log(None if path == project else path, project, play, config, topics)

@@ -10,6 +10,7 @@ from typing import Any, Generic, TypeVar
 
 from rgcore.errors import EditError, RgError
 from rgcore.model.edits import AddBackdrop, Edit
+from rgcore.model.outcome import Outcome, Remedy
 from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 
@@ -57,6 +58,10 @@ class Session:
     def redo(self, by: str | None = None) -> None:
         self._step(lambda: self.project.redo(by))
 
+    def settle(self, outcome: Outcome, remedy: Remedy, by: str | None = None) -> None:
+        """Settle an edit that waits since a new run."""
+        self._step(lambda: self.project.settle(outcome, remedy, by))
+
     def back_to(self, number: int, by: str | None = None) -> None:
         """The map after ``number`` edits of the history, those that were undone counted on: one step for who looks on.
 
@@ -77,9 +82,9 @@ class Session:
 
     def _step(self, step: Callable[[], RGMap]) -> None:
         with self._lock:
-            before = self.project.map
+            before, history = self.project.map, self.project.history
             after = step()
-            if after is not before:
+            if self.project.history is not history:  # an edit of an older run that is let go changes nothing else
                 for listener in self._listeners:
                     listener(before, after)
 

@@ -26,6 +26,16 @@ GATEWAY_POINT: RGB = (0, 50, 130)
 NOTE: RGB = (190, 140, 0)
 WALL: RGB = (206, 209, 214)
 SELECTION: RGB = (240, 10, 130)
+ADDED: RGB = (0, 60, 200)
+REMOVED: RGB = (205, 45, 20)
+CHANGED: RGB = (235, 175, 0)
+"""what came, went and changed between two maps; what went is dashed as well"""
+STALE: RGB = (110, 80, 130)
+"""of an edit whose thing is not there any more"""
+SHIFTED: RGB = (150, 100, 0)
+"""of an edit that was made elsewhere than the poses say"""
+WAS: RGB = (205, 45, 20)
+"""walls of another map that is laid over this one"""
 
 FLOOR_OPACITY, CHOSEN_OPACITY = 0.30, 0.55
 """strength of the class colours on floors, and on those of selected regions"""
@@ -33,7 +43,7 @@ WALL_HEIGHT = 1.2
 """m, of walls in the 3D view: cut low, as in an architect's model, so that one sees into the rooms"""
 
 # Heights of the layers over the floor [m]: they tell the renderer what lies on top when seen from above.
-Z_FLOOR, Z_POINTS, Z_OUTLINE, Z_BOX, Z_TRAJECTORY, Z_LINE, Z_GATEWAY, Z_MARK, Z_SELECTION = (
+Z_FLOOR, Z_POINTS, Z_OUTLINE, Z_BOX, Z_TRAJECTORY, Z_LINE, Z_GATEWAY, Z_MARK, Z_CHANGE, Z_SELECTION = (
     0.0,
     0.01,
     0.02,
@@ -42,10 +52,11 @@ Z_FLOOR, Z_POINTS, Z_OUTLINE, Z_BOX, Z_TRAJECTORY, Z_LINE, Z_GATEWAY, Z_MARK, Z_
     0.05,
     0.06,
     0.07,
+    0.075,
     0.08,
 )
 
-LINE_WIDTH, OUTLINE_WIDTH, THIN_WIDTH, GATEWAY_WIDTH, SELECTION_WIDTH = 2.0, 1.5, 1.0, 3.5, 4.0
+LINE_WIDTH, OUTLINE_WIDTH, THIN_WIDTH, GATEWAY_WIDTH, SELECTION_WIDTH, CHANGE_WIDTH = 2.0, 1.5, 1.0, 3.5, 4.0, 5.0
 """pixels"""
 
 CLASS_TITLES: dict[str, str] = {

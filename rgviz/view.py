@@ -12,9 +12,12 @@ import viser._messages
 from rgcore.errors import EditError, RgError
 from rgcore.model.draft import note_on, place_of
 from rgcore.model.edits import AddBackdrop, Edit, WriteNote
-from rgcore.model.records import RGMap
+from rgcore.model.outcome import Outcome, Remedy
+from rgcore.model.records import Point, RGMap
 from rgviz import actions, gizmo, highlight, page, selecting, theme
+from rgviz.again.looking import Looking
 from rgviz.bridge import Answer, Bridge, Commit, FromBrowser, Pointer, Press
+from rgviz.figures import Figures
 from rgviz.hands import Hands
 from rgviz.help import sheet
 from rgviz.panels import Panels
@@ -41,6 +44,7 @@ class View:
     """One browser. All methods run on the editor's thread."""
 
     hands: Hands
+    looking: Looking
     panels: Panels
     review: Reviewing
 
@@ -52,6 +56,7 @@ class View:
         self._marks = Canvas(client.scene, "/selection")
         self._preview = Canvas(client.scene, "/preview")
         self._gizmo = gizmo.Gizmo(client.scene, lambda *how: self.post(self._drag, *how))
+        self.looking = Looking(self)
         self.hands = Hands(self)
         self.review = Reviewing(self)
         self.bridge = Bridge(client, self._heard)
@@ -60,15 +65,23 @@ class View:
         self._labels: dict[tuple[str, str], dict[str, Any]] = {}
         self.show_extent()
         self.tell_labels()
+        self.looking.changed()
 
     @property
     def map(self) -> RGMap:
-        return self.app.map
+        """What this browser looks at: the map, or a new run of it."""
+        return self.looking.map or self.app.map
+
+    @property
+    def figures(self) -> Figures | None:
+        """What the evidence says of ``map``; nothing is kept of a run that only waits."""
+        return self.app.figures if self.looking.map is None else None
 
     @property
     def read_only(self) -> bool:
-        """Whether this browser can change nothing: nobody here can, or it came by the link for looking."""
-        return self.guest or self.app.read_only
+        """Whether this browser can change nothing: nobody here can, it came by the link for looking, or it looks at a
+        new run."""
+        return self.guest or self.app.read_only or self.looking.map is not None
 
     # ---- asked for by the person ------------------------------------------------------------------
 
@@ -123,6 +136,15 @@ class View:
         extent = selecting.extent_of(self.map, self.selection, margin, AROUND)
         if extent is not None:
             self.bridge.tell("fit", extent=extent.tolist())
+
+    def go_to_place(self, place: Point, around: float) -> None:
+        """Show a place of the map with so many metres around it."""
+        (x, y), r = place, around
+        self.bridge.tell("fit", extent=[[x - r, y - r], [x + r, y + r]])
+
+    def settle(self, outcome: Outcome, remedy: Remedy) -> None:
+        """Do something about an edit that waits since a new run."""
+        self._session.settle(outcome, remedy, by="browser")
 
     def do(self, edit: Edit) -> None:
         self._session.do(edit, by="browser")
@@ -230,8 +252,8 @@ class View:
         self.flat = not self.flat if flat is None else flat
         self.bridge.tell("view", mode="2d" if self.flat else "3d")
         self.panels.set_layer("/walls", not self.flat)
-        self._show_node(FLAT_LIGHT, self.flat)
-        self._show_node(SOLID_LIGHT, not self.flat)
+        self.show_node(FLAT_LIGHT, self.flat)
+        self.show_node(SOLID_LIGHT, not self.flat)
 
     def look_down(self) -> None:
         """The whole map from above."""
@@ -255,7 +277,7 @@ class View:
         else:
             if shown:
                 self.app.scene.want(name)
-            self._show_node(name, shown)
+            self.looking.show_layer(name, shown)
 
     # ---- told by the app --------------------------------------------------------------------------
 
@@ -267,6 +289,12 @@ class View:
         self._draw_selection()
         self.hands.map_changed()
         self.tell_labels()
+        self.looking.show_pins()
+
+    def again_changed(self) -> None:
+        """A new run is further, there, decided about; or something is found to be different."""
+        self.looking.changed()
+        self.panels.refresh()
 
     def show_title(self) -> None:
         self.bridge.tell("title", text=f"{self.app.title} - {theme.NAME}")
@@ -285,19 +313,26 @@ class View:
 
     # ---- parts ------------------------------------------------------------------------------------
 
-    @property
-    def _session(self) -> Session:
-        """For edits. Raises EditError in a browser that came to look, whatever it sends."""
+    def must_edit(self) -> Session:
+        """Raises EditError in a browser that came to look, whatever it sends."""
         if self.guest:
             raise EditError("This link is for looking. To correct the map, open the other link that rgviz printed.")
         return self.app.opened
+
+    @property
+    def _session(self) -> Session:
+        """For edits of the map on show. Raises EditError where this browser may make none."""
+        if self.looking.map is not None:
+            raise EditError("This is the new run, to look at. To correct the map, accept it or go back to the map.")
+        return self.must_edit()
 
     def _some(self, why_not: str) -> tuple[Item, ...]:
         if not self.selection:
             raise EditError(f"{why_not}.")
         return self.selection
 
-    def _show_node(self, name: str, shown: bool) -> None:
+    def show_node(self, name: str, shown: bool) -> None:
+        """For this browser alone, also what all have in common."""
         message = viser._messages.SetSceneNodeVisibilityMessage(name, shown)
         self.client._websock_connection.queue_message(message)
 

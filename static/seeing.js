@@ -68,6 +68,23 @@
     rg.paint();
   };
 
+  // ---- pins: numbered places of a list, as large at every zoom; small ones where nothing is to be decided ----------------
+  let pins = [];
+  handlers.pins = (m) => { pins = m.pins; };
+  rg.painters.push((g, _r, project) => {
+    g.textAlign = "center"; g.textBaseline = "middle"; g.font = `650 11px ${rg.FONT}`;
+    for (const pin of [...pins].reverse()) {        // the first of the list lies on top
+      const p = project(pin.x, pin.y, 0);
+      if (!p) continue;
+      const [x, y] = p, high = pin.big ? 22 : 0, r = pin.big ? 9.5 : 4.5;
+      g.beginPath(); g.arc(x, y - high, r, pin.big ? 0.78 * Math.PI : 0, pin.big ? 2.22 * Math.PI : 2 * Math.PI);
+      if (pin.big) g.lineTo(x, y);                // the tip stands on the place, the head beside what is written there
+      g.closePath();
+      g.fillStyle = pin.color; g.strokeStyle = "#ffffff"; g.lineWidth = 1.5; g.fill(); g.stroke();
+      if (pin.big) { g.fillStyle = "#ffffff"; g.fillText(pin.text, x, y - high + 0.5); }
+    }
+  });
+
   // ---- the sheet of all commands ---------------------------------------------------------------------------------------
   const close = () => { const s = document.getElementById("rg-sheet"); if (s) s.remove(); return Boolean(s); };
   handlers["cheat-sheet"] = (m) => {

@@ -51,6 +51,18 @@ def parser() -> argparse.ArgumentParser:
     c = command("view", making.view, "open a project, or map a log first, in the browser", settings, bag, serving)
     c.add_argument("path", type=Path, metavar="PROJECT.rg|LOG")
     c.add_argument("--backdrop", type=Path, metavar="PLAN", help="a floor plan to lay under the map: png, jpg or DXF")
+    c.add_argument(
+        "--log",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="LOG",
+        help="a log that may be mapped again from the page",
+    )
+    c.add_argument(
+        "--against", type=Path, action="append", default=[], metavar="OTHER.rg|RUN|MAP.json",
+        help="a map to compare with: what is different is shown in colours",
+    )  # fmt: skip
     c = command("play", making.play, "watch how a log is mapped, at its own pace or faster", settings, bag, serving)
     c.add_argument("path", type=Path, metavar="LOG|PROJECT.rg")
     c.add_argument("-o", "--project", type=Path, metavar="PROJECT.rg", help="default: the log's name, here")

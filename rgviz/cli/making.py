@@ -69,7 +69,8 @@ def view(args: argparse.Namespace) -> None:
     from rgviz import app
 
     serving = {"host": args.host, "port": args.port, "open_browser": not args.no_browser}
-    mapped = app.view(args.path, config=_load_config(args), topics=_topics(args), backdrop=args.backdrop, **serving)
+    shown = {"logs": args.log, "against": args.against, "backdrop": args.backdrop}
+    mapped = app.view(args.path, config=_load_config(args), topics=_topics(args), **shown, **serving)
     sys.exit(0 if mapped else 1)
 
 

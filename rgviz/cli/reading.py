@@ -108,25 +108,9 @@ def diff(args: argparse.Namespace) -> None:
     """Prints the differences; the exit code stays 0: a difference is no error."""
     from rgcore.model.diff import diff, join
     from rgcore.model.diff_text import as_json, as_markdown, as_text
+    from rgviz.again.others import read_map
 
-    (old, before), (new, after) = _compared(args.a), _compared(args.b)
+    (old, before), (new, after) = read_map(args.a), read_map(args.b)
     found = diff(old, new, join(old, new, before, after))
     form = as_json if args.json else as_markdown if args.markdown else as_text
     print(form(found).rstrip())
-
-
-def _compared(path: Path) -> tuple[Any, Any]:
-    """The corrected map and the trajectory (None if unknown) of a project, a run of one, or an exported map."""
-    from rgcore.exports.rgjson import read_json
-    from rgcore.model import folder
-    from rgcore.model.rerun import read_run
-
-    if path.suffix == ".json" or path.is_file():
-        return read_json(path), None
-    if path.parent.name == "runs" and (path / "base.json").exists():
-        folder.check(path.parent.parent)
-    else:
-        folder.check(path)
-        path = path / "runs" / folder.current(path)
-    history, trajectory = read_run(path)
-    return history.map, trajectory

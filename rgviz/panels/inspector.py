@@ -62,11 +62,11 @@ class Inspector:
             self.view.bridge.tell("focus", field=self._name._impl.uuid)
 
     def _overview(self) -> str:
-        return facts.overview(self.view.map, self.view.app.title, self.view.app.figures)
+        return facts.overview(self.view.map, self.view.app.title, self.view.figures)
 
     def _show_one(self, item: Item) -> None:
         app = self.view.app
-        self.parts.html(lambda: facts.item(self.view.map, item, app.figures, app.edit_titles(self.view.map)))
+        self.parts.html(lambda: facts.item(self.view.map, item, self.view.figures, app.edit_titles(self.view.map)))
         if not self.view.read_only:
             if item.kind in ("region", "gateway"):
                 self._add_class(item)
@@ -77,7 +77,9 @@ class Inspector:
                 self._add_size(item)
         self._show_buttons()
         if item.kind == "region":
-            self.parts.html(lambda: facts.region_plots(self.view.map, self.view.map.regions[item.id], app.figures))
+            self.parts.html(
+                lambda: facts.region_plots(self.view.map, self.view.map.regions[item.id], self.view.figures)
+            )
 
     def _show_buttons(self) -> None:
         """What can be done with the selection; a box over lines needs its height first."""

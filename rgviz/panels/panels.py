@@ -13,6 +13,7 @@ from rgviz.panels.inspector import Inspector
 from rgviz.panels.map_tab import MapTab
 from rgviz.panels.parts import command_button, command_named, press, set_html
 from rgviz.panels.review_tab import ReviewTab
+from rgviz.panels.runs_tab import RunsTab
 from rgviz.panels.tab import Tab
 
 if TYPE_CHECKING:
@@ -43,7 +44,7 @@ class Panels:
         panel.set_width(280)
         self.map_tab, self.find_tab = MapTab(view), FindTab(view)
         self.tabs: dict[str, Tab] = {
-            t.title: t for t in (self.map_tab, self.find_tab, ReviewTab(view), HistoryTab(view))
+            t.title: t for t in (self.map_tab, self.find_tab, ReviewTab(view), HistoryTab(view), RunsTab(view))
         }
         self.open = self.map_tab.title
         with self._left:

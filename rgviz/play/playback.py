@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
 import numpy as np
 
 from rgcore.config import Config
 from rgcore.model.project import Project
 from rgcore.scans.bags import USUAL, Topics
 from rgviz import status
+from rgviz.again.settings import config_of
 from rgviz.demo import LOG as DEMO
 from rgviz.facts import wrap
 from rgviz.jobs import Finished, Report
@@ -319,10 +319,7 @@ def find_log(project: Project, given: Source | None) -> tuple[Source | None, str
     Whether it is that very log shows when it is read. Without one, a sentence says how to give it.
     """
     name, sha256 = project.run_info.log, project.run_info.sha256
-    try:
-        config = msgspec.convert(project.run_info.config, Config)
-    except msgspec.ValidationError:  # settings of another version
-        config = Config()
+    config = config_of(project.run_info)
     if given is not None:
         return replace(given, project=None, config=config, sha256=sha256), ""
     places = (project.path.parent / name, Path(name), *([DEMO] if name == DEMO.name else []))

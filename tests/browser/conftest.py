@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import shutil
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -51,11 +54,33 @@ def office(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def app(office: Path, tmp_path: Path) -> Iterator[App]:
     """The app with a copy of the small office."""
-    import shutil
-
     project = tmp_path / "office.rg"
     shutil.copytree(office, project)
     a = App(port=0)
     a.open_project(project)
     yield a
     a.stop()
+
+
+@pytest.fixture
+def serve(tmp_path: Path, office: Path) -> Iterator[Callable[[], tuple[subprocess.Popen[str], str]]]:
+    """Starts the command line on a copy of the office; gives the process and its link."""
+    project = tmp_path / "office.rg"
+    shutil.copytree(office, project)
+    running: list[subprocess.Popen[str]] = []
+
+    def start() -> tuple[subprocess.Popen[str], str]:
+        command = [sys.executable, "-m", "rgviz.cli", "view", str(project), "--port", "0", "--no-browser"]
+        root = Path(__file__).parents[2]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root)
+        running.append(process)
+        assert process.stdout is not None
+        for line in process.stdout:
+            if found := re.search(r"http://\S+", line):
+                return process, found[0]
+        raise AssertionError(process.communicate()[1])
+
+    yield start
+    for process in running:
+        process.kill()
+        process.communicate()

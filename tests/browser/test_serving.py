@@ -7,9 +7,8 @@ import json
 import re
 import signal
 import subprocess
-import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -127,32 +126,6 @@ def test_a_log_that_cannot_be_mapped_says_why_on_the_page(
     told = [line for line in capfd.readouterr().err.splitlines() if line.startswith("rgviz: ")]
     assert len(told) == 1
     assert "broken.log" in told[0]
-
-
-@pytest.fixture
-def serve(tmp_path: Path, office: Path) -> Iterator[Callable[[], tuple[subprocess.Popen[str], str]]]:
-    """Starts the command line on a copy of the office; gives the process and its link."""
-    import shutil
-
-    project = tmp_path / "office.rg"
-    shutil.copytree(office, project)
-    running: list[subprocess.Popen[str]] = []
-
-    def start() -> tuple[subprocess.Popen[str], str]:
-        command = [sys.executable, "-m", "rgviz.cli", "view", str(project), "--port", "0", "--no-browser"]
-        root = Path(__file__).parents[2]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=root)
-        running.append(process)
-        assert process.stdout is not None
-        for line in process.stdout:
-            if found := re.search(r"http://\S+", line):
-                return process, found[0]
-        raise AssertionError(process.communicate()[1])
-
-    yield start
-    for process in running:
-        process.kill()
-        process.communicate()
 
 
 def test_an_edit_survives_kill_9_and_a_reload(
