@@ -160,3 +160,16 @@ def test_a_text_that_is_no_bag_in_a_folder_of_one(tmp_path: Path) -> None:
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: 7\n")
     with pytest.raises(InputError, match="the bag cannot be read"):
         read_log(tmp_path)
+
+
+def test_a_zero_is_a_reading_that_failed_and_no_free_way(tmp_path: Path) -> None:
+    """Drivers without inf write it on dark walls, too; REP 117 and the limits of the message leave no other meaning."""
+    bag = Bag()
+    for k in range(30):
+        ranges = wall_ranges()
+        ranges[3:9] = 0.0
+        bag.scan(100.0 + k, ranges)
+    log = read_log(bag.write(tmp_path / "bag"))
+    assert np.isnan(log.ranges[:, 3:9]).all()
+    assert not np.isinf(log.ranges).any()
+    assert "180 readings of 0 m tell nothing" in log.notes
