@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from rgcore.errors import EditError
 from rgcore.model import draft
+from rgcore.model.edit import several
 from rgcore.model.edits import (
     ClassifyGateway,
     ClassifyRegion,
@@ -144,6 +145,11 @@ def revert(map_: RGMap, items: Items) -> Edit:
     if not chosen:
         raise EditError("all of these are as the mapper made them, or made by a person")
     return as_one(f"revert {count(tuple(chosen))} to automatic", [RevertToAutomatic(item=i.id) for i in chosen])
+
+
+def restore(ids: Sequence[str]) -> Edit:
+    """Things of the automatic map that were taken away stand again as the mapper made them."""
+    return as_one(f"bring back {several(ids, 'items')}", [RevertToAutomatic(item=id) for id in ids])
 
 
 def count(items: Items) -> str:

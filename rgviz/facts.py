@@ -93,7 +93,7 @@ def line(map_: RGMap, id_: str, figures: Figures | None = None) -> tuple[str, Li
     rows = [
         ("Length", f"{math.hypot(x1 - x0, y1 - y0):.2f} m"),
         ("Heading", f"{math.degrees(math.atan2(y1 - y0, x1 - x0)):.1f}°"),
-        ("Support", f"{v.support:,} segments" + (f" of {scans:,} scans" if scans else "")),
+        ("Support", _counts(v.support, "segment") + (f" of {_counts(scans, 'scan')}" if scans else "")),
         ("Residual", "unknown" if v.residual is None else f"{1000 * v.residual:.1f} mm"),
         ("Uncertainty", deviation(v)),
         ("Region", ", ".join(named(map_, r) for r in v.regions) or "none"),
@@ -101,6 +101,10 @@ def line(map_: RGMap, id_: str, figures: Figures | None = None) -> tuple[str, Li
         ("Start, end", points((v.start, v.end))),
     ]
     return heading("Line", v.id) + table(rows), v
+
+
+def _counts(number: int, what: str) -> str:
+    return f"{number:,} {what}{'s' * (number != 1)}"
 
 
 def deviation(v: Line) -> str:

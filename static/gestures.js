@@ -4,6 +4,7 @@
 (() => {
   const rg = window.rg, { handlers, painters, viser } = rg;
   const REACH = 10;                               // px around a handle that count as on it
+  const NEAR = 48;                                // px around the pointer in which all corners show
   const WAIT = 300;                               // ms after which a move is sent though the last was not answered
   const INK = {
     draft: ["#30343a", "rgba(48,52,58,0.10)"], good: ["#0072b2", "rgba(0,114,178,0.22)"],
@@ -23,14 +24,20 @@
     const r = viser().canvas.getBoundingClientRect(), project = rg.projector(r), scale = rg.pixelsPerMetre(r, project);
     let best = null, least = REACH;
     for (const h of state.sketch.handles) {
-      if (!shows(h, scale)) continue;
-      const p = project(h.x, h.y, 0);
-      const far = p ? Math.hypot(p[0] + r.left - e.clientX, p[1] + r.top - e.clientY) : Infinity;
+      const p = onPage(project(h.x, h.y, 0), r);
+      if (!shows(h, scale, p)) continue;
+      const far = p ? Math.hypot(p[0] - e.clientX, p[1] - e.clientY) : Infinity;
       if (far <= least) { best = h.id; least = far; }
     }
     return best;
   }
-  const shows = (h, scale) => !h.room || h.room * scale > 44;
+  // a handle with little room waits until one zooms in; a corner of an outline also until the hand is near
+  function shows(h, scale, p) {
+    if (!h.room || h.room * scale > 44) return true;
+    return h.shape === "corner" && p && state.pointer && Math.hypot(p[0] - state.pointer[0], p[1] - state.pointer[1]) < NEAR;
+  }
+
+  const onPage = (p, r) => p && [p[0] + r.left, p[1] + r.top];
 
   // ---- to Python: a move only when the last one was answered, the newest then -------------------------------------------
   function move(at) {
@@ -100,7 +107,10 @@
   painters.push((g, r, project) => {
     const scale = rg.pixelsPerMetre(r, project);
     for (const s of state.sketch.strokes) stroke(g, s, project);
-    for (const h of [...state.sketch.handles, ...state.sketch.marks]) if (shows(h, scale)) mark(g, h, project(h.x, h.y, 0));
+    for (const h of [...state.sketch.handles, ...state.sketch.marks]) {
+      const p = project(h.x, h.y, 0);
+      if (h.chosen || shows(h, scale, onPage(p, r))) mark(g, h, p);
+    }
     if (state.sketch.note && state.pointer) {
       const [x, y] = [state.pointer[0] - r.left, state.pointer[1] - r.top];
       g.font = `550 12px ${rg.FONT}`; g.textBaseline = "middle";
@@ -196,12 +206,12 @@
     [data-rg-hand=grab] canvas { cursor: grab !important; }
     [data-rg-hand=grabbing] canvas { cursor: grabbing !important; }
     #rgviz-tool { position: absolute; z-index: 2; top: 10px; left: 12px; right: 12px; width: fit-content; margin: 0 auto; box-sizing: border-box;
-      display: flex; gap: .3em .8em; flex-wrap: wrap; padding: .4em .9em; border-radius: 7px; background: rgba(255,255,255,.96); color: #23262b;
-      border: 1px solid #ccd1d7; box-shadow: 0 1px 4px rgba(0,0,0,.14); font: 13px/1.4 ${rg.FONT}; pointer-events: none; }
+      display: flex; gap: .3em .8em; flex-wrap: wrap; padding: .4em .9em; border-radius: 7px; background: var(--paper); color: var(--ink);
+      border: 1px solid var(--rule); box-shadow: 0 1px 4px rgba(0,0,0,.14); font: 13px/1.4 ${rg.FONT}; pointer-events: none; }
     #rgviz-tool[hidden] { display: none; }
-    #rgviz-tool b { color: #005a8d; font-weight: 650; }
+    #rgviz-tool b { color: var(--brand-ink); font-weight: 650; }
     #rgviz-ask { position: absolute; z-index: 3; width: 240px; box-sizing: border-box; font: 13px ${rg.FONT}; padding: .45em .7em; border-radius: 6px;
-      border: 1.5px solid #0072b2; background: #fff; color: #23262b; box-shadow: 0 2px 8px rgba(0,0,0,.2); outline: none; }`;
+      border: 1.5px solid var(--brand); background: var(--paper); color: var(--ink); box-shadow: 0 2px 8px rgba(0,0,0,.2); outline: none; }`;
   document.head.appendChild(style);
   rg.hand = state;
 })();

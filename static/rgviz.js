@@ -161,7 +161,7 @@
       const chosen = state.selected.has(label.id);
       if (!chosen && label.room * scale < label.least) continue;
       const p = project(label.x, label.y, label.z || 0);
-      if (p && label.kind === "gateway") p[1] += 18;   // beside its marks, not on them
+      if (p && label.kind === "gateway") p[1] += Math.max(18, 0.16 * scale + 9);   // beside its marks, not on them
       if (!p || p[0] < 0 || p[1] < 0 || p[0] > r.width || p[1] > r.height) continue;
       g.font = `${label.kind === "region" ? 600 : 500} ${label.kind === "region" ? 12 : 11}px ${FONT}`;
       const wide = widthOf(g, label.text) + 8;

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from html import escape
 
 from rgcore.errors import EditError
+from rgcore.model.edit import several
 from rgcore.model.history import Done, History
-from rgviz import facts
+from rgviz import actions, facts
 from rgviz.panels.parts import press
 from rgviz.panels.tab import Doer, Tab
 
@@ -20,7 +21,7 @@ class HistoryTab(Tab):
 
     @property
     def doers(self) -> Mapping[str, Doer]:
-        return {"back": self._back}
+        return {"back": self._back, "restore": self._restore}
 
     def build(self) -> None:
         self.parts.html(self._list)
@@ -37,6 +38,23 @@ class HistoryTab(Tab):
             raise EditError("there is no such edit")
         self.view.back_to(int(number))
 
+    def _restore(self, number: str) -> None:
+        """Bring back what the edit of that number took away of the automatic map; later edits stay."""
+        history = self.view.app.opened.project.history
+        if not number.isdigit() or not 1 <= int(number) <= len(history.done):
+            raise EditError("there is no such edit")
+        done = history.done[int(number) - 1]
+        self.view.do(actions.restore(lost(history, done)))
+
+
+def lost(history: History, done: Done) -> tuple[str, ...]:
+    """What an edit took away of the automatic map and is still not there; regions first, for gateways need them."""
+    order = ("regions", "lines", "objects", "gateways")
+    gone = [c for c in done.patch if c.after is None and c.kind in order]
+    gone.sort(key=lambda c: order.index(c.kind))
+    base, now = history.base, history.map
+    return tuple(c.id for c in gone if c.id in getattr(base, c.kind) and c.id not in getattr(now, c.kind))
+
 
 def edits(history: History, editable: bool) -> str:
     """What can be made again, then what stands, the newest first, then the map as it was made."""
@@ -46,6 +64,10 @@ def edits(history: History, editable: bool) -> str:
     rows = "".join(_row(n, d, "undone", "make it again, and all before", editable) for n, d in reversed(undone[:MOST]))
     for n, d in reversed(done[-MOST:]):
         rows += _row(n, d, "now" if n == stands else "", "undo all that came after", editable and n != stands)
+        away = lost(history, d) if editable and n != stands else ()  # the last one is undone as well
+        if away:
+            what = f"bring back {several(away, 'items')}"
+            rows += f'<div class="cmds">{press("restore", str(n), escape(what), "cmd", "what came after stays")}</div>'
     if len(done) > MOST:
         rows += f'<p class="muted">and {len(done) - MOST:,} older ones</p>'
     start = "The map as the mapper made it"

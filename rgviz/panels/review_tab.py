@@ -15,6 +15,7 @@ from rgviz.panels.parts import command_button, command_named, press
 from rgviz.panels.tab import Doer, Tab
 from rgviz.picking import KINDS
 
+VERDICTS = {"next": "Next", "confirm": "Right", "reject": "Not there"}
 MOST = 40
 """doubts, findings and notes that are listed; the keys lead through all of them"""
 
@@ -73,7 +74,7 @@ def progress(map_: RGMap) -> str:
     items = [i for t in (map_.regions, map_.gateways, map_.objects) for i in t.values()]
     done = sum(i.provenance.confirmed for i in items)
     share = 100 * done / len(items) if items else 0.0
-    keys = "".join(command_button(command_named(n)) for n in ("next", "confirm", "reject"))
+    keys = "".join(command_button(command_named(n), title) for n, title in VERDICTS.items())
     return facts.wrap(
         f'<div class="rg-h">{done} of {len(items)}<small>regions, gateways, objects confirmed</small></div>'
         f'<div class="bar"><i style="width:{share:.1f}%;background:{theme.css(theme.BRAND)}"></i></div>'

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from html import escape
 from typing import TYPE_CHECKING, Any
 
+from rgcore.errors import EditError
 from rgviz import theme
 from rgviz.facts import wrap
 from rgviz.play.player import SPEEDS, Player
@@ -42,6 +43,7 @@ class Controls:
             self._speed = gui.add_dropdown("Speed", SPEEDS, initial_value="4x")
             self._leave = self._button("Back to the map", lambda p: p.leave(), order=LAST)
             self._events = gui.add_html("", order=LAST + 1)  # the lowest: it grows, and nothing may slip from the hand
+        self._missing = gui.add_html("", order=LAST)  # below all: most people never want it
         self._playing = (self._toggle, self._slider, self._steps, self._speed, self._events)
         self._follow: dict[int, Any] = {}
         self._on(self._slider, lambda p, value: p.seek(int(value) - 1))
@@ -50,12 +52,12 @@ class Controls:
         key = gui.add_command("Play the log, or pause", hotkey="P", modifier="shift")
 
         @key.on_trigger
-        async def _(_: Any) -> None:
-            self._post(lambda p: p.toggle())
+        async def _(event: Any) -> None:
+            self._post(event.client_id, lambda p: p.toggle())
 
         @self._steps.on_click
         async def _(event: Any) -> None:
-            self._post(lambda p: p.step(STEPS.get(event.target.value, 0)))
+            self._post(event.client_id, lambda p: p.step(STEPS.get(event.target.value, 0)))
 
     def add_follow(self, view: View) -> None:
         """A choice of one browser: whether its picture goes with the robot."""
@@ -66,15 +68,17 @@ class Controls:
         @box.on_update
         async def _(event: Any) -> None:
             if event.client is not None:
-                self._post(lambda p: p.follow(view.client.client_id, bool(box.value)))
+                view.post(self.playback.follow, view.client.client_id, bool(box.value))
 
     def forget(self, client_id: int) -> None:
         """A browser is gone."""
         self._follow.pop(client_id, None)
 
-    def show(self, told: str, start: str | None, player: Player | None, leave: str | None) -> None:
-        """``start`` and ``leave`` are the titles of those buttons, None hides them; without a player there is none."""
-        _set(self.folder, visible=bool(told or start or player))
+    def show(self, told: str, start: str | None, player: Player | None, leave: str | None, missing: str = "") -> None:
+        """``start`` and ``leave`` are the titles of those buttons, None hides them; without a player there is none.
+        ``missing``: why the log cannot be played."""
+        _set(self.folder, visible=bool(told or start or player or leave))
+        _set(self._missing, content=missing)
         _set(self._told, content=told)
         _set(self._start, visible=start is not None)
         _set(self._leave, visible=leave is not None)
@@ -98,8 +102,8 @@ class Controls:
         button = self.gui.add_button(title, order=order)
 
         @button.on_click
-        async def _(_: Any) -> None:
-            self._post(press)
+        async def _(event: Any) -> None:
+            self._post(event.client_id, press)
 
         return button
 
@@ -109,13 +113,20 @@ class Controls:
         @part.on_update
         async def _(event: Any) -> None:
             if event.client is not None:
-                if part is self._slider:
-                    self._moved = time.monotonic()
                 value = part.value
-                self._post(lambda p: moved(p, value))
+                self._post(event.client_id, lambda p: moved(p, value), part is self._slider)
 
-    def _post(self, task: Callable[[Playback], None]) -> None:
-        self.playback.app.worker.post(task, self.playback)
+    def _post(self, client_id: int, press: Callable[[Playback], None], slides: bool = False) -> None:
+        self.playback.app.ask(client_id, lambda view: self._press(view, press, slides))
+
+    def _press(self, view: View, press: Callable[[Playback], None], slides: bool) -> None:
+        """All browsers see the same playback: one that came to look does not take the map from the others."""
+        if view.guest:
+            self.playback.refresh()
+            raise EditError("This link is for looking. What is played is chosen in the other one; Follow works here.")
+        if slides:
+            self._moved = time.monotonic()
+        press(self.playback)
 
 
 def told(player: Player, names: dict[str, str]) -> str:

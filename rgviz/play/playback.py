@@ -302,7 +302,7 @@ class Playback:
             return
         trouble = wrap(f'<div class="muted">{status.escape(self.trouble)}</div>') if self.trouble else ""
         start = None if self.source is None else "Play the log instead" if self.app.job is not None else "Play the log"
-        self.controls.show(trouble, start, None, None)
+        self.controls.show("", start, None, None, missing=trouble)
 
     def _all_views(self) -> None:
         self.refresh()

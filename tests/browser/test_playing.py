@@ -64,6 +64,13 @@ def test_a_log_is_played_paused_scrubbed_and_becomes_a_project(playing: App, tmp
     q.page.get_by_role("button", name="+1", exact=True).click()
     p.see(f"scan 22 of {SCANS}")
 
+    guest = open_page(playing.view_url, nodes=())
+    guest.button("Play").click()
+    guest.see("This link is for looking")
+    assert not player.busy
+    guest.page.get_by_label("Follow", exact=True).check()
+    guest.until(lambda: near_middle(guest, player.tape.pose(21)))
+
     p.page.get_by_label("Follow", exact=True).check()
     p.until(lambda: near_middle(p, player.tape.pose(21)))
     assert not near_middle(q, player.tape.pose(21)), "each browser follows for itself"

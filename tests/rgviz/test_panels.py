@@ -13,16 +13,26 @@ from test_facts import HOSTILE, Words
 from rgcore.errors import EditError, QueryError
 from rgcore.model.doubt import work_list
 from rgcore.model.draft import note_on
-from rgcore.model.edits import ClassifyRegion, Confirm, IgnoreFinding, LabelObject, MoveGateway, RenameRegion
+from rgcore.model.edits import (
+    ClassifyRegion,
+    Confirm,
+    DeleteGateway,
+    DeleteRegion,
+    IgnoreFinding,
+    LabelObject,
+    MoveGateway,
+    RenameRegion,
+)
 from rgcore.model.history import Do, History, Undo, step
 from rgcore.model.lint import lint
 from rgcore.model.records import RGMap, replace
+from rgviz.actions import restore
 from rgviz.bridge import Press, read
 from rgviz.commands import BY_NAME, COMMANDS
 from rgviz.help import help_page, sheet
 from rgviz.layers import LAYERS
 from rgviz.panels.find_tab import PAGE, FindTab, Found, row
-from rgviz.panels.history_tab import MOST, edits
+from rgviz.panels.history_tab import MOST, edits, lost
 from rgviz.panels.inspector import buttons
 from rgviz.panels.map_tab import MapTab, layer_rows
 from rgviz.panels.panels import TOOLS
@@ -120,6 +130,21 @@ def test_review_lists_doubts_and_findings_with_their_remedies() -> None:
     assert "85 % only" in Words(listed).text
     assert "0 of 27" in Words(progress(MAP)).text
     assert "2 of 27" in Words(progress(Confirm(items=("r4", "g2")).apply(MAP))).text
+
+
+def test_what_was_taken_away_comes_back_alone() -> None:
+    h = History.of(MAP)
+    edits_made = (DeleteRegion(region="r4"), RenameRegion(region="r5", name="kept"), DeleteGateway(gateway="g4"))
+    for n, edit in enumerate(edits_made, 1):
+        h = step(h, Do(number=n, at="2026-01-01T00:00:00Z", edit=edit))
+    assert lost(h, h.done[0]) == ("r4", "g3")
+    assert [a for d, a in buttons_of(edits(h, True)) if d == "restore"] == ["1"], "the last one is undone as well"
+    assert "restore" not in edits(h, False)
+    back = restore(lost(h, h.done[0])).apply(h.map, h.base)
+    assert back.regions["r4"].boundary == MAP.regions["r4"].boundary
+    assert back.gateways["g3"].regions == MAP.gateways["g3"].regions
+    assert back.regions["r5"].name == "kept"
+    assert "g4" not in back.gateways
 
 
 def test_history_names_every_edit_and_leads_back_and_forth() -> None:

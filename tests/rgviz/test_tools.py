@@ -214,6 +214,18 @@ def test_corners_and_sides_of_a_region() -> None:
     assert len(chosen.back(MAP).edit.boundary) == 3  # type: ignore[union-attr]
 
 
+def test_corners_of_an_outline_show_by_how_much_they_matter() -> None:
+    jog = ((4.0, 0.0), (6.0, 0.0), (6.0, 0.1), (6.1, 0.1), (7.8, 0.1), (7.8, 5.0), (5.9, 5.0), (4.0, 5.0))
+    wavy = ReshapeRegion(region="r4", boundary=jog).apply(MAP)
+    rooms = {h.id: h.room for h in ReshapeTool("r4").sketch(wavy).handles if h.shape == "corner"}
+    at = {p: rooms[f"c0.{n}"] for n, p in enumerate(wavy.regions["r4"].boundary)}
+    always = {p for p, room in at.items() if room == 0}
+    assert {(7.8, 5.0), (4.0, 5.0)} <= always
+    assert len(always) == 4
+    assert all(0 < at[p] < 1.0 for p in ((6.0, 0.0), (6.0, 0.1)) if p not in always)
+    assert at[(5.9, 5.0)] < 0.01, "a corner on a straight wall shows last"
+
+
 def test_an_outline_that_crosses_itself_is_shown_as_refused() -> None:
     tool = ReshapeTool("r4").press(MAP, hand(7.8, 0.0, handle="c0.1")).tool
     sketch = tool.move(MAP, hand(3.0, 4.0)).tool.sketch(MAP)  # type: ignore[union-attr]
