@@ -7,7 +7,6 @@ unpacks to gigabytes is refused.
 from __future__ import annotations
 
 import io
-import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ import cv2
 import numpy as np
 
 from rgcore.errors import InputError
+from rgcore.scans.image_size import image_size
 
 Form = Literal["png", "jpg", "dxf"]
 Size = tuple[float, float]
@@ -97,7 +97,7 @@ def read_backdrop(data: bytes, name: str) -> Plan:
 
 
 def _picture(data: bytes, name: str, form: Form) -> Picture:
-    width, height = (_png_size if form == "png" else _jpg_size)(data)
+    width, height = image_size(data)
     if not width or not height:
         raise InputError(name, f"a damaged {form}; save it anew")
     if width * height > MOST_PIXELS:
@@ -129,26 +129,6 @@ def _rgb(pixels: np.ndarray) -> np.ndarray:
         return np.ascontiguousarray(rgb)
     opaque = pixels[:, :, 3:].astype(np.uint16)
     return ((rgb * opaque + 255 * (255 - opaque)) // 255).astype(np.uint8)
-
-
-def _png_size(data: bytes) -> tuple[int, int]:
-    """Width and height as the header says; 0, 0 where it is none."""
-    if len(data) < 24 or data[12:16] != b"IHDR":
-        return 0, 0
-    width, height = struct.unpack(">II", data[16:24])
-    return width, height
-
-
-def _jpg_size(data: bytes) -> tuple[int, int]:
-    """The same of a jpg: its frame header (SOFn) stands behind others, each with its length (ITU T.81, annex B)."""
-    at = 2
-    while at + 9 <= len(data) and data[at] == 0xFF:
-        marker, length = data[at + 1], int.from_bytes(data[at + 2 : at + 4], "big")
-        if 0xC0 <= marker <= 0xCF and marker not in (0xC4, 0xC8, 0xCC):
-            height, width = struct.unpack(">HH", data[at + 5 : at + 9])
-            return width, height
-        at += 1 if marker == 0xFF else 2 + length
-    return 0, 0
 
 
 def _drawing(data: bytes, name: str) -> Drawing:

@@ -174,8 +174,8 @@ def _counter_clockwise(row: np.ndarray, fan: Fan, upside_down: bool) -> tuple[np
 def _echoes(readings: np.ndarray, limits: np.ndarray) -> tuple[np.ndarray, float, list[str]]:
     """By REP 117: +inf = nothing near enough, -inf = too near, nan = failed; the messages' limits say the rest.
 
-    A zero is below every lower limit: it says nothing. Older drivers write it for an echo that failed as well, on a dark
-    or slanting wall, and to take it for a free way would open that wall.
+    A zero is below every lower limit: it says nothing. Older drivers write it for an echo that failed as well, on a
+    dark or slanting wall, and to take it for a free way would open that wall.
     """
     low, high = limits[:, :1], np.where(limits[:, 1:] > 0, limits[:, 1:], np.inf)
     with np.errstate(invalid="ignore"):

@@ -22,6 +22,7 @@ from rgcore.geometry.compiled import kernel
 from rgcore.geometry.grid import Grid, components
 from rgcore.scans.drive import Driving, drive
 from rgcore.scans.floor import FACE, Floor
+from rgcore.scans.image_size import image_size
 from rgcore.scans.log import ScanLog
 from rgcore.scans.plan_image import walls
 
@@ -38,7 +39,7 @@ LEAST_AREA = 1.0
 VIRTUAL = Driving(radius=0.2, step=0.4, turn=1.6)
 """How the virtual robot drives: it is small, and sees all around."""
 
-_LARGEST = 20_000  # cells along a side
+_MOST = 64_000_000  # cells: 400 x 400 m at 5 cm
 _UNSEEN = 205  # grey of unknown cells, as map savers write it
 _LOOSE = (0.196, 0.3)  # a free_thresh in here takes that grey for free: a known slip of map savers
 
@@ -234,14 +235,17 @@ def _pixels(path: Path, image: Path) -> np.ndarray:
     """(H, W, 2) shade and opacity in 0..1 of the image of a map."""
     if not image.is_file():
         raise InputError(path, f"its image {image.name} is not there; put it beside the file")
+    raw = image.read_bytes()
+    width, height = image_size(raw)
     try:
-        data = cv2.imdecode(np.frombuffer(image.read_bytes(), np.uint8), cv2.IMREAD_UNCHANGED)
+        data = None if width * height > _MOST else cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED)
+        height, width = (height, width) if data is None else data.shape[:2]
     except cv2.error:
         data = None
+    if width * height > _MOST:
+        raise InputError(image, f"an image of {width} x {height} pixels is too large; give it larger cells")
     if data is None or not data.size:
         raise InputError(image, "not an image that can be read; write it as pgm or png")
-    if max(data.shape[:2]) > _LARGEST:
-        raise InputError(image, f"an image of {data.shape[1]} x {data.shape[0]} pixels is too large")
     full = 255.0 if data.dtype == np.uint8 else 65535.0 if data.dtype == np.uint16 else 1.0
     planes = data.reshape(*data.shape[:2], -1).astype(np.float32) / full
     colours = planes[..., :3] if planes.shape[2] >= 3 else planes[..., :1]

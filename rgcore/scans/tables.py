@@ -25,10 +25,9 @@ from rgcore.scans.beams import Fan, usual_fan
 from rgcore.scans.echoes import mark_echoes
 from rgcore.scans.log import ScanLog
 from rgcore.scans.mounting import moves
-from rgcore.scans.source import Source
+from rgcore.scans.source import LARGEST, Source
 
 _ZIP = b"PK\x03\x04"
-_LARGEST = 8 << 30  # bytes: an archive that unpacks to more is no log
 _POSE = ("x", "y", "theta")
 _SETTINGS = ("angle_min", "angle_increment", "max_range", "laser_x", "laser_y", "laser_theta")
 
@@ -170,7 +169,7 @@ def _arrays(source: Source) -> Mapping[str, np.ndarray]:
     try:
         with zipfile.ZipFile(io.BytesIO(source.data)) as z:
             size = sum(i.file_size for i in z.infolist())
-        if size > _LARGEST:
+        if size > LARGEST:
             raise source.error(f"unpacks to {size / 2**30:.0f} GB; that is no log of scans")
         with np.load(io.BytesIO(source.data), allow_pickle=False) as data:
             found = {name: data[name] for name in data.files}

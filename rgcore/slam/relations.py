@@ -9,6 +9,7 @@ Reference: Kuemmerle et al.: On measuring the accuracy of SLAM algorithms, Auton
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,10 +94,15 @@ def read_relations(path: str | Path, loops_only: bool = False) -> Relations:
 
 def read_odometry(path: str | Path) -> Odometry:
     """Raw odometry from CSV columns time, (any), x, y, theta. Raises InputError."""
+    says = "cannot read odometry; expected CSV columns time, any, x, y, theta"
     try:
-        table = np.loadtxt(path, delimiter=",", usecols=(0, 2, 3, 4), ndmin=2)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a file without rows, which is told below
+            table = np.loadtxt(path, delimiter=",", usecols=(0, 2, 3, 4), ndmin=2)
     except (OSError, ValueError, IndexError) as e:
-        raise InputError(path, "cannot read odometry; expected CSV columns time, any, x, y, theta") from e
+        raise InputError(path, says) from e
+    if not len(table):
+        raise InputError(path, says)
     return Odometry(table[:, 0], table[:, 1:])
 
 

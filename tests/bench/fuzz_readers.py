@@ -26,12 +26,14 @@ import numpy as np
 
 sys.path += [str(Path(__file__).parents[1] / name) for name in ("scans", "exports")]
 
+import make_plans
 from export_maps import ROOMS
 from make_bags import Bag, drive
 
 from rgcore.errors import RgError
 from rgcore.exports.formats import export
 from rgcore.exports.readers import read_drawing
+from rgcore.scans.backdrop import read_backdrop, read_file
 from rgcore.scans.plan import read_plan
 from rgcore.scans.plan_image import read_floor_image
 from rgcore.scans.read import read_log
@@ -68,6 +70,9 @@ def seeds(folder: Path) -> dict[str, tuple[Path, Path, Read]]:
     plan, image, relations, odometry = (folder / n for n in ("a.plan.json", "a.png", "a.relations", "odometry.csv"))
     plan.write_bytes(PLAN.read_bytes())
     image.write_bytes(cv2.imencode(".png", cv2.imread(str(folder / "grid" / "a.pgm")))[1].tobytes())
+    plans = [folder / f"plan.{kind}" for kind in ("png", "jpg", "dxf")]
+    for file, data in zip(plans, (make_plans.image(), make_plans.image(".jpg"), make_plans.drawing()), strict=True):
+        file.write_bytes(data)
     relations.write_text("".join(f"{k} {k + 1} 0.5 0 0 0 0 0.1\n" for k in range(20)))
     odometry.write_text("".join(f"{k},0,{k / 2},0,0.1\n" for k in range(20)))
     found: dict[str, tuple[Path, Path, Read]] = {
@@ -84,6 +89,7 @@ def seeds(folder: Path) -> dict[str, tuple[Path, Path, Read]]:
         "grid-image": (folder / "grid/a.yaml", folder / "grid/a.pgm", read_log),
         "plan": (plan, plan, read_plan),
         "plan-image": (image, image, lambda p: read_floor_image(p, 0.2)),
+        **{f"backdrop-{p.suffix[1:]}": (p, p, lambda p: read_backdrop(read_file(p), p.name)) for p in plans},
         "relations": (relations, relations, read_relations),
         "odometry": (odometry, odometry, read_odometry),
     }
