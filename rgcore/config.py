@@ -130,7 +130,7 @@ class Adapt(Settings, frozen=True):
     on: Annotated[bool, setting("-", "false: all regions are merged with the settings of [lines]")] = True
     goal: Annotated[
         float,
-        setting("m", "acc(R) above it lowers the price of a region's lines, to a quarter at most", ge=0, le=10),
+        setting("m", "acc(R) above it lowers the price of a region's lines, to an eighth at most", ge=0, le=10),
     ] = 0.19
     sample: Annotated[
         int, setting("readings", "so many judge the settings; more say the same", ge=1000, le=10_000_000)

@@ -12,7 +12,8 @@ and a line costs the region that it bounds, so the cost falls apart into those o
 it: regions hardly hide one another's walls, and the map that they make together costs what they promise.
 
 Then the price itself: where acc(R) exceeds the ``goal``, readings of the scans taken there count more, as much as it
-takes; nothing is paid for a goal that no number of lines reaches. That is the multiplier of Lagrange for that bound.
+takes; nothing is paid for a goal that no number of lines comes near to. That is the multiplier of Lagrange for that
+bound.
 """
 
 from __future__ import annotations
@@ -36,8 +37,10 @@ from rgcore.slam.trajectory import Trajectory
 
 LADDER = ((1.0, 1.0, 1.0), (0.6, 1.0, 1.0), (0.6, 0.5, 0.4), (0.4, 0.5, 0.4), (1.5, 2.0, 1.6))
 """Factors on distance, gamma and rho, the configured settings first: poses that are off widen, clean ones narrow."""
-PRICES = (0.5, 0.25)
+PRICES = (0.5, 0.25, 0.125)
 """Factors on the price, tried with the best rung for all regions alike: what regions pay that miss the goal."""
+NEARLY = 1.1
+"""Times the goal, on the sample: regions that no price brings there are people and glass, which no line mends."""
 FEW = 20
 """Scans: regions that fewer saw take the setting that is best for the whole map."""
 FACTORS = 2.0 ** np.linspace(-2.0, 2.0, 33)
@@ -153,7 +156,8 @@ class _Trial:
     def outcome(self, s: LineSettings) -> _Outcome:
         """The map that one setting for all regions gives."""
         merged, _ = merge_lines(self.segments, self.trajectory, self.region, s)
-        ends, of = finished(self.sights, merged.ends, s.price / self.step, int(self.all / s.reduction), s.corner)
+        most = int(self.all / s.reduction)
+        ends, of, _ = finished(self.sights, merged.ends, merged.region, s.price / self.step, most, s.corner)
         self.sights.clear()
         self.sights.add(ends)
         own = np.append(merged.region, -1)[np.minimum(of, len(merged))]
@@ -193,10 +197,14 @@ def _choose(rungs: _Outcome, single: int, judged: np.ndarray, price: float) -> n
 
 
 def _paid(accuracy: np.ndarray, prices: list[float], chosen: np.ndarray, judged: np.ndarray, goal: float) -> np.ndarray:
-    """The choice, where regions over the ``goal`` [m] take the highest price that brings them there, if one does."""
+    """The choice, where regions over the ``goal`` [m] take the highest price that brings them there.
+
+    If none does, the lowest, unless that misses it clearly: nothing is paid for what no line mends.
+    """
     out, dear = chosen.copy(), np.array(prices)
     for r in np.flatnonzero(judged & (accuracy[chosen, np.arange(len(chosen))] > goal)):
-        enough = np.flatnonzero((accuracy[:, r] <= goal) & (dear < dear[chosen[r]]))
+        lower = np.flatnonzero(dear < dear[chosen[r]])
+        enough = lower[accuracy[lower, r] <= max(goal, min(NEARLY * goal, accuracy[lower, r].min(initial=np.inf)))]
         if len(enough):
             out[r] = enough[dear[enough].argmax()]
     return out

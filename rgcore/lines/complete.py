@@ -19,6 +19,7 @@ from rgcore.geometry import segments as geometry
 from rgcore.lines.clutter import strips
 from rgcore.lines.corners import close_corners
 from rgcore.lines.covariance import line_covariance
+from rgcore.lines.join import joined
 from rgcore.lines.merge import Lines, describe, renumbered
 from rgcore.lines.worth import FAR, NEAR, Sights
 from rgcore.scans.extract import Segments
@@ -61,7 +62,8 @@ def complete_lines(
         weight = max(settings.price, 1e-9) / np.maximum(price, 1e-9)[region_at(trajectory.map_from_base[:, :2])]
     sights, scans, step = sights_of(log, trajectory, settings.max_range, _MOST_READINGS, weight)
     most = int(len(segments) / settings.reduction)
-    found, of = finished(sights, lines.ends, settings.price / step, most, settings.corner)
+    found, of, name = finished(sights, lines.ends, lines.region, settings.price / step, most, settings.corner)
+    line_of = np.where(line_of >= 0, name[line_of], -1)
 
     ends = geometry.transformed(trajectory.map_from_laser[segments.scan], segments.ends)
     merged = of < len(lines)
@@ -98,11 +100,12 @@ def sights_of(
 
 
 def finished(
-    sights: Sights, lines: np.ndarray, price: float, most: int, corner: float
-) -> tuple[np.ndarray, np.ndarray]:
+    sights: Sights, lines: np.ndarray, region: np.ndarray, price: float, most: int, corner: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """The lines (K, 2, 2) of the finished map, from those (L, 2, 2) that merging gave, and which each is of (K,).
 
-    Numbers from L on: lines through scattered echoes. ``price`` in readings of ``sights``; ``most`` lines are aimed at.
+    Numbers from L on: lines through scattered echoes. Last, what each line is of now (L or more,): some went into
+    others of their ``region`` (L,). ``price`` in readings of ``sights``; ``most`` lines are aimed at.
     """
     found, there = lines, np.ones(len(lines), bool)
     sights.clear()
@@ -111,17 +114,17 @@ def finished(
         more = sights.worthy(strips(*_echoes(sights, there)), price, _SIZE)
         sights.add(more, len(found))
         found, there = np.concatenate([found, more]), np.concatenate([there, np.ones(len(more), bool)])
-        there = sights.keep(there, price, len(there), price)
+        there = sights.keep(there, price)
     of = np.flatnonzero(there)
     sights.clear()
     sights.add(found[of])
     found, part_of = sights.stretches(found[of], price, _SIZE)
-    of = of[part_of]
+    found, of, name = joined(sights, found, of[part_of], region, price)
     sights.clear()
     sights.add(found)
     found = close_corners(_laid(sights, found), corner)
-    there = sights.keep(np.ones(len(found), bool), price, most, _DEAREST * price)
-    return found[there], of[there]
+    there = sights.few(len(found), price, most, _DEAREST * price)
+    return found[there], of[there], name
 
 
 def _echoes(sights: Sights, there: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

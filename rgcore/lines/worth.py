@@ -17,6 +17,7 @@ from rgcore.geometry.compiled import inner, kernel
 DEPTH = 8  # lines that a beam keeps: hardly ever more stand before, at or close behind its echo
 FAR = 1.0  # m: a prediction that is off by more tells nothing (the penalty of the accuracy measure)
 NEAR = 0.1  # m: one that is off by less is right
+_LEVELS = (1.0, 0.75, 0.5, 0.25, 0.0)  # powers of the weights
 _RIGHT = 0.4  # weight of being right within NEAR, against the square of the difference
 
 
@@ -57,7 +58,8 @@ class Sights:
         """(K, 2, 2) the stretches of further lines (L, 2, 2) that would be worth their price, each alone."""
         first, worth = self._bins(lines, size)
         self._meet(lines, 0, first, size, worth)
-        return _cut(lines, *_best(worth, first, price), size)[0]
+        runs, of = _best(worth, first, price)
+        return _cut(lines, runs, of, size)[0]
 
     def _meet(self, lines: np.ndarray, number: int, first: np.ndarray, size: float, worth: np.ndarray) -> None:
         lines, limits = np.ascontiguousarray(lines, float), (number, self.reach, size)
@@ -68,14 +70,26 @@ class Sights:
         """(N, B) mask: echoes that come from before all lines of the mask ``there`` (L,), or from where none is."""
         return _unexplained(self.line, self.distance, self.ranges, there)
 
-    def keep(self, there: np.ndarray, price: float, most: int, highest: float) -> np.ndarray:
-        """(L,) mask: the lines of ``there`` that are worth their ``price`` [readings]; the others go one by one.
-
-        If more than ``most`` are left, the price rises until they are that few, but not above ``highest``.
-        """
-        limits = (price, float(most), highest)
+    def keep(self, there: np.ndarray, price: float) -> np.ndarray:
+        """(L,) mask: the lines of ``there`` that are worth their ``price`` [readings]; the others go one by one."""
+        limits = (price, np.inf, price)
         there = _keep(self.line, self.distance, self.ranges, self.weight, there.copy(), limits)
         _forget(self.line, self.distance, self.along, there)
+        return there
+
+    def few(self, count: int, price: float, most: int, highest: float) -> np.ndarray:
+        """(L,) mask: those of ``count`` lines that are worth their ``price`` and, if they can be, at most ``most``.
+
+        If they are more, the weights of the scans are levelled step by step; then the price rises, but not above
+        ``highest``.
+        """
+        there = np.ones(count, bool)
+        for level in _LEVELS:
+            limits = (price, float(most), highest if level == _LEVELS[-1] else price)
+            weight = self.weight**level
+            there = _keep(self.line, self.distance, self.ranges, weight, np.ones(count, np.bool_), limits)
+            if there.sum() <= most:
+                break
         return there
 
     def stretches(self, lines: np.ndarray, price: float, size: float) -> tuple[np.ndarray, np.ndarray]:
@@ -147,7 +161,7 @@ def _meet(lines, beams, limits, line, distance, along, first_of, worth):  # type
                         if len(first_of) == 0:
                             _insert(b, number + k, r, at, line, distance, along)
                         elif r < distance[b, 0]:
-                            gain = _cost(line[b, 0] >= 0, distance[b, 0], ranges[n, i]) - _cost(True, r, ranges[n, i])
+                            gain = cost(line[b, 0] >= 0, distance[b, 0], ranges[n, i]) - cost(True, r, ranges[n, i])
                             worth[min(first_of[k] + int(max(at, 0.0) / size), first_of[k + 1] - 1)] += weight[n] * gain
                     i += 1
 
@@ -184,7 +198,7 @@ def lost(off: np.ndarray) -> np.ndarray:
 
 
 @inner
-def _cost(hit, r, z):  # type: ignore[no-untyped-def]
+def cost(hit, r, z):  # type: ignore[no-untyped-def]
     """What is lost of a reading z where r is predicted, or nothing: 0 to 1."""
     if not hit:
         return 1.0
@@ -220,7 +234,7 @@ def _unexplained(line, distance, ranges, there):  # type: ignore[no-untyped-def]
 
 
 @inner
-def _beams_by_line(line, there):  # type: ignore[no-untyped-def]
+def beams_by_line(line, there):  # type: ignore[no-untyped-def]
     """The beams that meet each line that is there: those of k are ``beams[first[k]:first[k + 1]]``."""
     first = np.zeros(len(there) + 2, np.int64)
     for filling in range(2):  # count, then fill
@@ -244,7 +258,7 @@ def _keep(line, distance, ranges, weight, there, limits):  # type: ignore[no-unt
     z, n_beams = ranges.ravel(), ranges.shape[1]
     count = len(there)
     worth, version, left = np.zeros(count), np.zeros(count, np.int64), 0
-    first, beams = _beams_by_line(line, there)
+    first, beams = beams_by_line(line, there)
     for k in range(count):
         left += there[k]
     for b in range(len(z)):
@@ -279,7 +293,7 @@ def _give(line, distance, b, z, there, worth, weight):  # type: ignore[no-untype
     one, two = _first_two(line, b, there)
     if one < 0:
         return -1
-    worth[line[b, one]] += weight * (_cost(two >= 0, distance[b, two], z) - _cost(True, distance[b, one], z))
+    worth[line[b, one]] += weight * (cost(two >= 0, distance[b, two], z) - cost(True, distance[b, one], z))
     return np.int64(line[b, one])
 
 
@@ -289,7 +303,7 @@ def _stretches(line, distance, along, ranges, weight, first, limits, worth):  # 
     size, price = limits
     z, n_beams, count = ranges.ravel(), ranges.shape[1], len(first) - 1
     there, gone = np.ones(count, np.bool_), np.zeros(line.shape, np.bool_)
-    start, beams = _beams_by_line(line, there)
+    start, beams = beams_by_line(line, there)
     total = np.zeros(count)
     for b in range(len(z)):
         _give(line, distance, b, z[b], there, total, weight[b // n_beams])
@@ -306,7 +320,7 @@ def _stretches(line, distance, along, ranges, weight, first, limits, worth):  # 
                     one, two = (j, two) if one < 0 else (one, j)
             if one >= 0 and line[b, one] == k:
                 at = min(first[k] + int(along[b, one] / size), first[k + 1] - 1)
-                gain = _cost(two >= 0, distance[b, two], z[b]) - _cost(True, distance[b, one], z[b])
+                gain = cost(two >= 0, distance[b, two], z[b]) - cost(True, distance[b, one], z[b])
                 worth[at] += weight[b // n_beams] * gain
         before = n
         n = _best_of(k, worth, first, price, began, ended, runs, of, n)

@@ -29,18 +29,18 @@ def test_beams_meet_what_casting_meets() -> None:
 
 
 def test_a_true_line_stays_and_a_false_one_before_it_goes() -> None:
-    there = sights(ROOM, GHOST).keep(np.ones(5, bool), 1.0, 5, 1.0)
+    there = sights(ROOM, GHOST).keep(np.ones(5, bool), 1.0)
     assert there.tolist() == [True] * 4 + [False]
 
 
 def test_of_two_that_say_the_same_one_stays() -> None:
-    there = sights(ROOM, ROOM + 0.01).keep(np.ones(8, bool), 1.0, 8, 1.0)
+    there = sights(ROOM, ROOM + 0.01).keep(np.ones(8, bool), 1.0)
     assert (there[:4] | there[4:]).all()
     assert there.sum() == 4
 
 
 def test_false_lines_behind_one_another_go_all() -> None:
-    there = sights(ROOM, GHOST, GHOST - [0, 0.3], GHOST - [0, 0.6]).keep(np.ones(7, bool), 1.0, 7, 1.0)
+    there = sights(ROOM, GHOST, GHOST - [0, 0.3], GHOST - [0, 0.6]).keep(np.ones(7, bool), 1.0)
     assert there.tolist() == [True] * 4 + [False] * 3
 
 
@@ -51,15 +51,15 @@ def test_the_price_is_in_readings() -> None:
     told = int((np.abs(s.distance[:, 0] - s.ranges.ravel()) < 0.01).sum())
     assert told == s.ranges.size
     worth = int((s.line[:, 0] == 4).sum())  # all of them would be metres off without it
-    assert sights(world, world=world).keep(np.ones(5, bool), worth - 0.5, 5, worth)[4]
-    assert not sights(world, world=world).keep(np.ones(5, bool), worth + 0.5, 5, worth)[4]
+    assert sights(world, world=world).keep(np.ones(5, bool), worth - 0.5)[4]
+    assert not sights(world, world=world).keep(np.ones(5, bool), worth + 0.5)[4]
 
 
 def test_the_least_worth_go_for_few_lines_up_to_the_highest_price() -> None:
     pillar = np.array([[[1.0, 1.0], [1.2, 1.0]]])
     world = np.concatenate([ROOM, pillar])
-    assert sights(world, world=world).keep(np.ones(5, bool), 1.0, 4, 1000.0).tolist() == [True] * 4 + [False]
-    assert sights(world, world=world).keep(np.ones(5, bool), 1.0, 1, 2.0).all()
+    assert sights(world, world=world).few(5, 1.0, 4, 1e9).tolist() == [True] * 4 + [False]
+    assert sights(world, world=world).few(5, 1.0, 4, 1.0).all()
 
 
 def test_lines_are_cut_to_what_is_there() -> None:
@@ -83,3 +83,17 @@ def test_of_candidates_only_what_is_worth_it() -> None:
     )
     assert found.shape == (1, 2, 2)
     assert np.sort(found[0, :, 0]) == pytest.approx([1.0, 1.2], abs=0.06)
+
+
+def test_of_two_lines_on_one_wall_no_stretch_goes_in_both() -> None:
+    poses, bearings = np.column_stack([np.zeros(9), np.linspace(-2, 2, 9), np.zeros(9)]), np.deg2rad(np.arange(-90, 91))
+    wall = np.array([[[3.0, 3.0], [3.0, -3.0]]])
+    ranges = cast(wall, poses, bearings, 20.0)[0]
+    s = Sights(poses, bearings, np.where(np.isfinite(ranges), ranges, 0.0))
+    twice = np.array([[[3.01, 3.0], [2.99, -3.0]], [[2.99, 3.0], [3.01, -3.0]]])
+    s.add(twice)
+    runs, of = s.stretches(twice, 20.0, 0.02)
+    s.clear()
+    s.add(runs)
+    assert s.unexplained(np.ones(len(runs), bool)).mean() < 0.01
+    assert len(of) < 4
