@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import socket
 from pathlib import Path
@@ -11,6 +10,11 @@ from pathlib import Path
 import msgspec
 
 from rgcore.model.history import now
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 
 class Holder(msgspec.Struct, frozen=True):
@@ -38,6 +42,9 @@ class Lock:
         self.holder: Holder | None = None
         self.notes: list[str] = []
         self._fd = -1
+        if fcntl is None:
+            self.reason = "there are no POSIX locks of files here; to edit, run rgviz in WSL, Linux or macOS"
+            return
         try:
             self._fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
         except OSError as e:

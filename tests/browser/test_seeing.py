@@ -40,7 +40,7 @@ def test_layers_are_switched_for_one_browser_alone(app: App, open_page: Open) ->
     a.layer("Lines").uncheck()
     a.layer("Boxes").check()
     a.page.wait_for_function("() => window.__viserSceneTree.getState()['/lines/lines'].effectiveVisibility === false")
-    a.page.wait_for_function("() => window.__viserSceneTree.getState()['/boxes/boxes'].effectiveVisibility")
+    a.page.wait_for_function("() => window.__viserSceneTree.getState()['/boxes/boxes']?.effectiveVisibility")
     assert b.visible("/lines/lines")
     assert not b.visible("/boxes/boxes")
     for title in ("Trajectory", "Main axes"):

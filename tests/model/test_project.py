@@ -271,6 +271,14 @@ def test_the_second_process_reads_and_is_told_who_writes(made: Path) -> None:
         project.do(RenameRegion(region="r1", name="Gang"))
 
 
+def test_without_locks_of_files_a_project_is_read_and_the_remedy_told(
+    made: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rgcore.model.lock.fcntl", None)
+    with Project.open(made) as project, pytest.raises(ProjectError, match="run rgviz in WSL, Linux or macOS"):
+        project.do(RenameRegion(region="r1", name="Gang"))
+
+
 def test_a_closed_project_refuses(made: Path) -> None:
     project = Project.open(made)
     project.close()
