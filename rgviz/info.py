@@ -27,6 +27,8 @@ def describe(path: Path) -> dict[str, Any]:
     if Project.exists(path):
         with Project.open(path) as project:
             return {"file": str(path), "kind": "project", "log": project.map.source.log, **_counts(project.map)}
+    if path.is_file() and (drawn := _drawing(path)) is not None:
+        return {"file": str(path), **drawn}
     found: dict[str, Any] = {"file": str(path), "kind": "log"}
     if bags.is_bag(path):
         found["topics"] = [t._asdict() for t in bags.topics(path)]
@@ -36,6 +38,28 @@ def describe(path: Path) -> dict[str, Any]:
     elif (map_ := _map(path)) is not None:
         return {"file": str(path), "kind": "map", "log": map_.source.log, **_counts(map_)}
     return {**found, **_scans(read_log(path))}
+
+
+def _drawing(path: Path) -> dict[str, Any] | None:
+    """A floor plan, by its first bytes, or a map that was edited elsewhere, by its ending; None for what is neither."""
+    from rgcore.exports.formats import ending_of
+    from rgcore.exports.readers import read_drawing
+    from rgcore.scans.backdrop import Picture, read_backdrop, read_file
+
+    ending = ending_of(path.name)
+    with path.open("rb") as f:
+        image = f.read(8).startswith((b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"))
+    if not image and ending not in (".dxf", ".geojson", ".fg.json", ".osm"):
+        return None
+    found: dict[str, Any] = {"kind": "drawing"}
+    if image or ending == ".dxf":
+        plan = read_backdrop(read_file(path), str(path))
+        unit = "pixels" if isinstance(plan, Picture) else "m" if plan.measured else "units without a name"
+        found = {"kind": "floor plan", "size": f"{plan.size[0]:.6g} x {plan.size[1]:.6g} {unit}"}
+    if not image:
+        kinds = [d.kind for d in read_drawing(path)]
+        found |= {f"{kind}s": kinds.count(kind) for kind in ("region", "gateway", "line", "object") if kind in kinds}
+    return found
 
 
 def _map(path: Path) -> RGMap | None:

@@ -16,9 +16,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rgcore.model.project import Project
 from rgviz import cli
 from rgviz.cli import making
 from rgviz.demo import LOG, PLAN
+
+sys.path.append(str(Path(__file__).parent / "scans"))
+
+import make_plans
 
 
 def rgviz(*args: object, cwd: Path | None = None, stdin: str | None = None) -> subprocess.CompletedProcess[str]:
@@ -243,7 +248,7 @@ def test_export_tells_what_a_format_cannot_carry_and_places_a_map_on_the_earth(p
     assert "not in this format: the coordinates are metres of the map frame" in metres.stderr
     placed = rgviz("export", project, tmp_path / "map.geojson", "--georeference=-53.1,8.8,30")
     assert placed.returncode == 0
-    assert placed.stderr == ""
+    assert "metres of the map frame" not in placed.stderr
     features = json.loads((tmp_path / "map.geojson").read_text(encoding="utf-8"))["features"]
     lon, lat = np.array(next(f for f in features if f["id"] == "r1")["geometry"]["coordinates"][0]).T
     assert np.abs(lon - 8.8).max() < 0.01
@@ -285,6 +290,28 @@ def test_info_tells_what_is_in_a_log_and_a_project(short_log: Path, project: Pat
     assert made["scans"] == log["scans"]
     assert "181" in rgviz("info", short_log).stdout
     assert "there is no such file" in rgviz("info", "nowhere.log").stderr
+
+
+def test_info_tells_of_floor_plans_and_of_maps_for_other_programs(project: Path, tmp_path: Path) -> None:
+    (tmp_path / "plan").write_bytes(make_plans.image())
+    assert "180 x 140 pixels" in rgviz("info", tmp_path / "plan").stdout
+    (tmp_path / "plan.dxf").write_bytes(make_plans.drawing())
+    assert "8 x 6 m" in rgviz("info", tmp_path / "plan.dxf").stdout
+    with Project.open(project) as p:
+        regions = len(p.map.regions)
+    for ending in (".dxf", ".geojson", ".fg.json", ".osm"):
+        assert rgviz("export", project, tmp_path / f"map{ending}").returncode == 0
+        found = json.loads(rgviz("info", tmp_path / f"map{ending}", "--json").stdout)
+        assert found["regions"] == regions
+    (tmp_path / "bad.png").write_bytes(make_plans.image()[:60])
+    assert "a damaged png" in rgviz("info", tmp_path / "bad.png").stderr
+
+
+def test_view_refuses_a_backdrop_that_is_no_plan_before_anything_else(project: Path, tmp_path: Path) -> None:
+    (tmp_path / "plan.png").write_bytes(b"hello")
+    said = rgviz("view", project, "--no-browser", "--backdrop", tmp_path / "plan.png")
+    assert said.returncode == 1
+    assert "plan.png: no floor plan; expected png, jpg or DXF" in said.stderr
 
 
 def test_a_map_edited_elsewhere_is_listed_first_and_then_applied(project: Path, tmp_path: Path) -> None:

@@ -11,12 +11,15 @@ from rgcore.errors import InputError
 from rgcore.geometry import polygons
 from rgcore.geometry.grid import Grid, components
 from rgcore.scans.floor import FACE, Floor
+from rgcore.scans.image_size import image_size
 from rgcore.scans.rings import edges
 
 LIGHT = 230
 """Grey value from which a pixel is free floor; map servers write 254 for free and 205 for unknown."""
 DARK = 100
 """Grey value up to which a pixel is a wall."""
+MOST_PIXELS = 64_000_000
+"""of a plan: 400 x 400 m at 5 cm"""
 
 
 def is_image(path: str | Path) -> bool:
@@ -34,9 +37,7 @@ def read_floor_image(path: str | Path, resolution: float) -> Floor:
     The free floor is its largest connected light part, and its outline the walls, to within a pixel. An image knows no
     rooms: the floor is one. Raises InputError for a file that is no image or has no free floor.
     """
-    image = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-    if image is None:
-        raise InputError(path, "not an image that can be read; write it as png or pgm")
+    image = _grey(path)
     if not 0.001 <= resolution <= 1:
         raise InputError(path, f"a pixel of {resolution:g} m; it must be between 0.001 and 1")
     grey = np.pad(image[::-1], 1, constant_values=205)
@@ -48,6 +49,24 @@ def read_floor_image(path: str | Path, resolution: float) -> Floor:
     n = len(segments)
     labels = free.like(free.values.astype(np.uint8))
     return Floor(str(path), Path(path).stem, None, segments, np.full(n, FACE), np.ones(n, np.int64), labels)
+
+
+def _grey(path: str | Path) -> np.ndarray:
+    """(H, W) uint8. Raises InputError for what is no image, or one of more pixels than a building has."""
+    try:
+        data = Path(path).read_bytes()
+    except OSError as e:
+        raise InputError(path, f"cannot read the floor plan: {e.strerror}") from e
+    width, height = image_size(data)
+    if width * height > MOST_PIXELS:
+        raise InputError(path, f"{width} x {height} pixels; at most {MOST_PIXELS // 10**6} million: save it smaller")
+    try:
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+    except cv2.error:
+        image = None
+    if image is None:
+        raise InputError(path, "not an image that can be read; write it as png or pgm")
+    return np.asarray(image)
 
 
 def walls(free: Grid, solid: np.ndarray) -> np.ndarray:
