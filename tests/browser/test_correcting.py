@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 from collections.abc import Callable
 
 import numpy as np
 from pilot import Pilot
 
+from rgcore.model.edits import RenameRegion
 from rgviz.app import App
 
 Open = Callable[..., Pilot]
@@ -151,6 +153,26 @@ def test_seed_an_object_and_move_it_by_the_gizmo(app: App, open_page: Open) -> N
     p.see(re.compile("Undo: delete ou"))
     assert new.id not in app.map.objects
     p.see("Reduction")
+
+
+def test_a_connection_that_drops_comes_back_and_knows_what_was_done_meanwhile(app: App, open_page: Open) -> None:
+    p = open_page(app.url)
+    p.click(*ROOM)
+    p.see("Robot box")
+    sockets = app.server._websock_server
+    (connection,) = sockets._live_connections.values()
+    dropped = asyncio.run_coroutine_threadsafe(connection.close(), sockets._background_event_loop)
+    app.worker.post(app.opened.do, RenameRegion(region="r4", name="Copy room"))
+    dropped.result(timeout=10)
+    p.until(lambda: len(app.views) == 1 and connection not in sockets._live_connections.values())
+    p.see("Undo: rename r4 to Copy room")
+    p.wait_nodes("/lines/lines")
+    p.see("Reduction")
+    p.click(*ROOM)
+    p.see("Robot box")
+    p.key("4")
+    p.until(lambda: app.map.regions["r4"].class_ == "CC")
+    p.see("Undo: relabel r4 as CC")
 
 
 def test_a_selection_lets_go_of_what_another_deletes(app: App, open_page: Open) -> None:
