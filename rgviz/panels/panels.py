@@ -33,6 +33,10 @@ TOOLS = {
 """Commands that take something into the hand, and what they are called where there is little room."""
 
 
+NARROW = 1100
+"""px: a picture no wider keeps its room; the left panel waits at the edge until it is asked for"""
+
+
 class Panels:
     """``press`` and ``commit`` are what a person does in them; the rest is for the view."""
 
@@ -42,6 +46,9 @@ class Panels:
         self._left = panel.add_tab("Map")
         panel.dock_left()
         panel.set_width(280)
+        self._panel = panel
+        if view.client.camera.image_width < NARROW:
+            panel.minimize()
         self.map_tab, self.find_tab = MapTab(view), FindTab(view)
         self.tabs: dict[str, Tab] = {
             t.title: t for t in (self.map_tab, self.find_tab, ReviewTab(view), HistoryTab(view), RunsTab(view))
@@ -92,9 +99,14 @@ class Panels:
         with self._left:
             self.tabs[title].build()
 
+    def open_tab(self, title: str) -> None:
+        """Open a tab of the left panel, and the panel."""
+        self._panel.expand()
+        self.show_tab(title)
+
     def search(self) -> None:
         """Open the lists, ready to type."""
-        self.show_tab(self.find_tab.title)
+        self.open_tab(self.find_tab.title)
         self.view.bridge.tell("focus", field=self.find_tab.field._impl.uuid)
 
     def commit(self, field: str, value: str) -> None:

@@ -88,7 +88,7 @@ class RunsTab(Tab):
 
     def refresh(self) -> None:
         if self._built != self._shape:
-            self.view.panels.show_tab(self.title)
+            self.view.panels.open_tab(self.title)
         else:
             self.parts.refresh()
 

@@ -28,7 +28,7 @@ FLAGS = [
 READY = """(names) => { const m = window.__viserMutable, t = window.__viserSceneTree;
   if (!m || !m.scene || !m.camera || !m.cameraControl || !t || !window.rg || !window.rg.state.fitted) return false;
   const r = m.canvas.getBoundingClientRect();   // both panels are docked, and the map fitted to what they leave
-  if (r.width > innerWidth - 400 || (!window.rg.state.touched && window.rg.state.fitted !== `${r.width} x ${r.height}`))
+  if (r.width > innerWidth - 360 || (!window.rg.state.touched && window.rg.state.fitted !== `${r.width} x ${r.height}`))
     return false;
   const nodes = t.getState(); return names.every(n => nodes[n] !== undefined && m.nodeRefFromName[n]); }"""
 FRAMES = """(n) => new Promise(r => { window.__viserMutable.requestRender();

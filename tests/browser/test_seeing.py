@@ -81,3 +81,16 @@ def test_wheel_and_drag_stay_straight_down(app: App, open_page: Open) -> None:
     assert np.hypot(top[0] - floor[0], top[1] - floor[1]) < 0.1 * scale, "things lean in the flat view"
     assert p.picture().std() > 10, "the map vanished on zooming"
     p.shot("zoomed")
+
+
+def test_a_narrow_window_leaves_the_picture_its_room(app: App, open_page: Open) -> None:
+    p = open_page(app.url, size=(1000, 700))
+    left, _, right, _ = p.canvas_box()
+    assert right - left > 600
+    p.shot("narrow")
+    p.key("Shift+F")
+    p.see("select all found")
+    p.until(lambda: p.canvas_box()[0] > left + 200)
+    p.key("f")
+    p.page.locator('button.row[data-arg="r4"]').first.click()
+    p.see("Robot box")
