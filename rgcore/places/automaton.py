@@ -2,7 +2,7 @@
 
 Its states are those of the paper: in a region of a class, in an unclassified region, entering an unknown region. It is
 fed with what one scan tells (:class:`Sight`): where the map so far places the robot, the gateway that it just went
-through, and what the last line scans look like to the network of the region classes. What it tells are events.
+through, and what the line scans of the region look like to the network of the region classes. What it tells are events.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ CERTAIN = 0.5
 BETTER = 0.15
 """... and another one only once that is so much likelier."""
 
-MEMORY = 30
-"""Line scans over which the scores are averaged: the k of the paper."""
+MEMORY = 6
+"""Scans over which the scores are averaged; each look already goes by all line scans of the region."""
 
-SURE = 5
-"""Line scans before a class is told at all."""
+SURE = 3
+"""Looks before a class is told at all."""
 
 LEAST = 5
 """Scans in a row that must lie in another region where no gateway to it was noticed."""
@@ -123,7 +123,7 @@ class Sight(NamedTuple):
     here      the region that the map so far places the robot in, None where it does not know
     scans     how many scans that map knows
     passage   the gateway whose line the robot crossed since the last scan
-    chance    (4,) what the last line scans look like, by ``CLASSES``; None where nothing can be told
+    chance    (4,) what the line scans of the region look like, by ``CLASSES``; None where nothing can be told
     """
 
     scan: int
@@ -143,6 +143,7 @@ class Automaton:
         self.region: str | None = None
         self.classes: dict[str, str] = {}  # as told last
         self.known: set[str] = set()
+        self._joined: set[str] = set()
         self._first = first
         self._belief: dict[str, np.ndarray] = {}
         self._weight: dict[str, float] = {}
@@ -192,6 +193,7 @@ class Automaton:
         if region not in self.known:
             return []
         self.known.discard(region)
+        self._joined.add(region)
         self.known.add(into)
         class_ = self.classes.pop(region, None)
         if class_ is not None:
@@ -199,6 +201,12 @@ class Automaton:
         self.region = into if self.region == region else self.region
         self._from = into if self._from == region else self._from
         return [RegionsJoined(scan=scan, stamp=stamp, pose=pose, region=region, into=into)]
+
+    def part(self, region: str) -> None:
+        """A survey found that ``region``, which had become part of another, stands alone again: it is known still."""
+        if region in self._joined:
+            self._joined.discard(region)
+            self.known.add(region)
 
     def _cross(self, s: Sight, passage: Passage) -> list[Event]:
         """Through a gateway; what lies behind an unknown one is not known yet, unless it is the way back."""
@@ -249,7 +257,7 @@ class Automaton:
         return [RegionFound(**_at(s), region=region)]
 
     def _look(self, s: Sight, region: str, chance: np.ndarray) -> list[Event]:
-        """Take what the last line scans look like into the mean of the region; tell its class where that is sure."""
+        """Take what the line scans look like into the mean of the region; tell its class where that is sure."""
         weight = min(self._weight.get(region, 0.0) + 1.0, MEMORY)
         belief = self._belief.get(region, np.zeros(len(CLASSES)))
         belief = belief + (chance - belief) / weight

@@ -8,7 +8,7 @@ from rgcore.config import Places as Settings
 from rgcore.geometry.grid import clearance, components, dilate, draw_lines, erode, grow, reach
 from rgcore.places.chords import measure_chords
 from rgcore.places.freespace import FreeSpace
-from rgcore.places.hypotheses import KINDS, Hypotheses, chances
+from rgcore.places.hypotheses import TRANSITIONS, Hypotheses, chances
 
 MIN_PASSES, MAX_HIT_SHARE = 2, 0.25
 """A cell is free if that many beams went through it and at most this share of all its beams ended in it."""
@@ -140,7 +140,7 @@ def cut(open_: np.ndarray, found: Hypotheses, resolution: float, settings: Setti
     ends = [sides(labels, p) for p in found.posts]
     distance = clearance(open_)[0]
     wide = np.hypot(*(found.posts[:, 1] - found.posts[:, 0]).T) * resolution > HALLWAY
-    limit = np.where(found.kind == KINDS.index("opening"), ROOM, np.where(wide, 1.0, NO_ROOM))
+    limit = np.where(found.kind == TRANSITIONS.index("opening"), ROOM, np.where(wide, 1.0, NO_ROOM))
     room = np.array([_room_ahead(labels, distance, p, e) for p, e in zip(found.posts, ends, strict=True)])
     cuts = [k for k in range(len(found)) if min(ends[k]) >= 0]
 

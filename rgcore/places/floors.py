@@ -151,16 +151,18 @@ def _branch(
     w = wide * float(rng.uniform(0.7, 1.3))
     x = float(rng.choice([0.0, rng.uniform(3, length - w - 3)], p=[0.25, 0.75]))
     out = []
-    for side in (1, -1) if rng.random() < 0.3 else (1,):
+    sides = (1, -1) if rng.random() < 0.3 else (1,)
+    letter = f"junction_{('L' if x == 0 else 'T') if len(sides) == 1 else ('T' if x == 0 else 'X')}"
+    for side in sides:
         reach_ = float(rng.uniform(5, 14))
         y0, y1 = (wide, wide + reach_) if side > 0 else (-reach_, 0.0)
         f.rooms.append((x, y0 - 0.05, x + w, y1 + 0.05))
         edge = wide if side > 0 else 0.0
-        f.transition((x, edge), (x + w, edge), "junction")
+        f.transition((x, edge), (x + w, edge), letter)
         out.append((x, y0, x + w, y1, side))
     for at in (x, x + w):
         if 1.5 < at < length - 1.5:
-            f.transition((at, 0.0), (at, wide), "junction")
+            f.transition((at, 0.0), (at, wide), letter)
     return out
 
 
@@ -248,12 +250,12 @@ def _thin_out(f: Floor) -> None:
     """Drop doors that overlap another one: what is left of the wall between them would be no wall."""
     kept: list[int] = []
     for i, (a, b, kind) in enumerate(f.gateways):
-        clash = kind != "junction" and any(
+        clash = not kind.startswith("junction") and any(
             np.hypot(*((a + b) / 2 - (p + q) / 2)) < 0.25 + 0.5 * (np.hypot(*(b - a)) + np.hypot(*(q - p)))
             and abs((b - a) @ (q - p)) > 0
             and not any(min((b - r) @ (s - r), (a - r) @ (s - r)) >= 0 and abs(a[1] - r[1]) < 0.01 for r, s in f.spans)
             for p, q, other in (f.gateways[j] for j in kept)
-            if other != "junction"
+            if not other.startswith("junction")
         )
         if not clash:
             kept.append(i)
@@ -282,7 +284,7 @@ def _end(f: Floor, rng: np.random.Generator, at: float, sign: int, wide: float) 
     if what == "hall":  # goes on across, as a hallway: a T without a gateway of its own
         left = near - wide if sign < 0 else near
         f.rooms[-1] = (left, -float(rng.uniform(2, 8)), left + wide, wide + float(rng.uniform(2, 8)))
-        f.door((wall, 0.0), (wall, wide), "junction")
+        f.door((wall, 0.0), (wall, wide), "junction_T")
         return
     gap = min(_door_width(rng, wide), wide - 0.3)
     low = float(rng.uniform(0.1, wide - gap - 0.1))

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,19 +18,20 @@ from rgcore.config import Config
 from rgcore.geometry import se2
 from rgcore.places import doorway
 from rgcore.places.automaton import Automaton, Event, MapBent, Passage, Pose, Sight
-from rgcore.places.classify import SHORT, angle_histogram, measures, network, resample
 from rgcore.places.growing import GrowingSpace
-from rgcore.places.places import FoundRegion, Places
-from rgcore.places.regions import describe, region_of_segments
-from rgcore.places.sofar import SAME_GATEWAY, KnownGateway, PlacesSoFar, Seen, survey
+from rgcore.places.guesses import Guesses
+from rgcore.places.looks import look
+from rgcore.places.places import FoundRegion
+from rgcore.places.regions import describe
+from rgcore.places.sofar import KnownGateway, PlacesSoFar, Seen, survey
 from rgcore.scans.extract import Segments, extract_scan
 from rgcore.slam.trajectory import Trajectory
 
 EVERY, AREA = 2.0, 200.0
 """m, m2: a survey after each such way; in maps larger than the area, of a way as much longer, for it costs as much."""
 
-BESIDE = 10
-"""Scans after which a survey is taken up."""
+BESIDE, MEANWHILE = (3, 10), 0.5
+"""Scans after which a survey is taken up, at least and at most; m: and the way after which it is in between."""
 
 BEHIND = 0.6
 """m behind an unknown gateway at which a survey is worth while."""
@@ -41,20 +42,8 @@ SLICE = 25
 STRAY = (0.005, 0.001)
 """m, rad: scans that stand off by more than this from where they were cast are cast anew; doors are lost to less."""
 
-LOOKS = 30
-"""Line scans whose segments make the angle histogram: the last k of the paper."""
-
 FAR = 10.0
 """m: witnesses stand no farther off."""
-
-CERTAIN = 0.9
-"""What the network must give a gateway that only one scan tells of: a cabinet beside a wall looks like one too."""
-
-NARROWER = 0.75
-"""A doorway is so much narrower than what the robot came from or goes to."""
-
-THING = 0.3
-"""m: short segments nearer together show one thing."""
 
 Outlines = dict[int, tuple[int, FoundRegion]]
 """By number of the region: what tells its cells from others, and its outline."""
@@ -75,17 +64,14 @@ class Follower:
         self._witness: list[np.ndarray] = []
         self._witness_of: list[np.ndarray] = []
         self._segments: list[Segments] = []  # of keyframes
-        self._looks: deque[np.ndarray] = deque(maxlen=LOOKS)
         self._stale: deque[int] = deque()
         self._bent = 0  # scans there were when the map last bent
         self._way, self._surveyed = 0.0, -EVERY
-        self._guessed: list[KnownGateway] = []
-        self._refusals: list[KnownGateway] = []  # guesses that a survey did not find
+        self._guesses = Guesses(config.places)
         self._posts = np.zeros((0, 2, 2))  # of the gateways of ``places``, where they are now
         self._gateways = 0  # numbers given
-        self._widths: deque[tuple[float, float]] = deque()  # way, width beside the robot
-        self._measured: dict[int, np.ndarray] = {}  # free-space measures of regions
-        self._pending: tuple[int, Future[Any]] | None = None
+        self._looks: dict[int, np.ndarray] = {}  # chances of the classes of regions
+        self._pending: tuple[int, float, Future[Any]] | None = None  # scan and way when it began
         self._beside = ThreadPoolExecutor(1, "survey")
 
     def __len__(self) -> int:
@@ -100,11 +86,10 @@ class Follower:
         self._recast()
         at: Pose = (float(pose[0]), float(pose[1]), float(pose[2]))
         told = self._take_up(k, stamp, at)
-        segments = extract_scan(ranges, self.bearings, self.config.extract)
         if keyframe:
-            self._bear_witness(k, ranges, segments)
+            self._bear_witness(k, ranges, extract_scan(ranges, self.bearings, self.config.extract))
         passage = self._passage(k, ranges, moved)
-        sight = Sight(k, stamp, at, self._here(pose), self.places.scans, passage, self._chance(segments))
+        sight = Sight(k, stamp, at, self._here(pose), self.places.scans, passage, self._chance())
         told += self.automaton.step(sight)
         region = self.automaton.region
         self._told[k] = -1 if region is None else int(region[1:])
@@ -198,7 +183,7 @@ class Follower:
         if k == 0 or not moved.any():
             return None
         start, end = self.poses[k - 1, :2], self.poses[k, :2]
-        known = [*self.places.gateways, *self._guessed]
+        known = [*self.places.gateways, *self._guesses.standing]
         hit = np.flatnonzero(doorway.crossed(start, end, self._posts))
         if len(hit):
             gateway = known[int(hit[0])]
@@ -208,44 +193,23 @@ class Follower:
 
     def _guess(self, k: int, ranges: np.ndarray, moved: np.ndarray) -> Passage | None:
         """A gateway that this scan alone tells of."""
-        settings = self.config.places
-        ok = np.isfinite(ranges) & (ranges > 0) & (ranges < FAR)
+        ok = np.isfinite(ranges) & (ranges > 0)
         points = ranges[ok, None] * np.stack([np.cos(self.bearings[ok]), np.sin(self.bearings[ok])], 1)
-        points = se2.transform(self.base_from_laser, points)
-        pose = self.poses[k]
-        turn = np.array([0.0, 0.0, np.arctan2(moved[1], moved[0]) - pose[2]])
-        in_way = se2.transform(se2.invert(turn), points)
-        posts = doorway.beside(in_way, settings)
-        width = 2.0 * settings.widest_door if posts is None else float(np.hypot(*(posts[1] - posts[0])))
-        self._widths.append((self._way, width))
-        while self._way - self._widths[0][0] > 1.5:
-            self._widths.popleft()
-        if posts is None or width > NARROWER * max(w for _, w in self._widths):
-            return None
-        there = se2.transform(pose, se2.transform(turn, posts))
-        if len(self._posts) and np.hypot(*(self._posts.mean(1) - there.mean(0)).T).min() < 1.0:
-            return None
-        sure, there = doorway.looks_like_one(self.space.window(pose[:2], doorway.WINDOW), there, settings)
-        if sure < CERTAIN or self._refused(there.mean(0)):
+        points, pose = se2.transform(self.base_from_laser, points), self.poses[k]
+        there = self._guesses.beside(points, pose, moved, self._way, self.space, self._posts)
+        if there is None or self._guesses.refused(there.mean(0), self.poses):
             return None
         self._gateways += 1
         local = se2.transform(se2.invert(pose), there)
-        self._guessed.append(KnownGateway(self._gateways, k, local, None))
+        self._guesses.standing.append(KnownGateway(self._gateways, k, local, None))
         self._stand()
         x, y = there.mean(0)
         return Passage(f"g{self._gateways}", (float(x), float(y)), False)
 
-    def _chance(self, segments: Segments) -> np.ndarray | None:
-        """(4,) what class the region looks like: angle histogram of the last line scans, measures of its free space."""
-        ends = se2.transform(self.poses[len(self) - 1], se2.transform(self.base_from_laser, segments.ends))
-        self._looks.append(ends)
+    def _chance(self) -> np.ndarray | None:
+        """(4,) what class the region looks like."""
         region = self.automaton.region
-        measured = self._measured.get(int(region[1:])) if region is not None else None
-        if measured is None:
-            return None
-        histogram, _ = angle_histogram(np.concatenate(self._looks), self.config.classes.histogram_bins)
-        chance: np.ndarray = network().probabilities(np.concatenate([resample(histogram), measured])[None])[0]
-        return chance
+        return self._looks.get(int(region[1:])) if region is not None else None
 
     def _maybe_survey(self, k: int) -> None:
         """Start a survey where one is due."""
@@ -264,25 +228,29 @@ class Follower:
         here = int(region[1:]) if region is not None else -1
         trajectory = Trajectory(np.zeros(k + 1), self.poses[: k + 1].copy(), self.base_from_laser)
         task = self._beside.submit(_survey, self._seen(), self.places, self._segments[:], trajectory, here, self.config)
-        self._pending = (k + BESIDE, task)
+        self._pending = (k, self._way, task)
 
     def _seen(self) -> Seen:
         n = len(self)
         poses = self.poses[:n].copy()
-        return Seen(
-            self.space.free_space(), poses, self._told[:n].copy(), self.witnesses(poses)[0], tuple(self._guessed)
-        )
+        guessed = tuple(self._guesses.standing)
+        return Seen(self.space.free_space(), poses, self._told[:n].copy(), self.witnesses(poses)[0], guessed)
 
     def _take_up(self, k: int, stamp: float, pose: Pose) -> list[Event]:
         """Take up a survey that is due: events of regions that have become one."""
-        if self._pending is None or k < self._pending[0]:
+        if self._pending is None:
             return []
-        places, measured = self._pending[1].result()
+        since, way, task = self._pending
+        if k < since + (BESIDE[0] if self._way >= way + MEANWHILE else BESIDE[1]):
+            return []
+        places, looks = task.result()
         self._pending = None
         before = self.places
         self._adopt(places)
-        self._measured |= measured
+        self._looks |= looks
         told: list[Event] = []
+        for region in set(before.joined) - set(places.joined):
+            self.automaton.part(f"r{region}")
         for region in sorted(set(places.joined) - set(before.joined)):
             told += self.automaton.join(k, stamp, pose, f"r{region}", f"r{places.now(region)}")
         return told
@@ -296,57 +264,22 @@ class Follower:
                 g = replace(g, number=self._gateways)
             numbered.append(g)
         self.places = replace(places, gateways=tuple(numbered))
-        taken = {g.number for g in numbered}
-        judged = [g for g in self._guessed if g.anchor < places.scans]
-        self._refusals += [g for g in judged if g.number not in taken]
-        self._guessed = [g for g in self._guessed if g.anchor >= places.scans]
+        self._guesses.judged(places.scans, {g.number for g in numbered})
         self._stand()
-
-    def _refused(self, middle: np.ndarray) -> bool:
-        """Whether a survey has refused a guess here."""
-        return any(np.hypot(*(g.posts(self.poses).mean(0) - middle)) < SAME_GATEWAY for g in self._refusals)
 
     def _stand(self) -> None:
         """Where the gateways are now."""
-        known = [*self.places.gateways, *self._guessed]
+        known = [*self.places.gateways, *self._guesses.standing]
         self._posts = np.array([g.posts(self.poses) for g in known]).reshape(-1, 2, 2)
 
 
 def _survey(
     seen: Seen, before: PlacesSoFar, segments: list[Segments], trajectory: Trajectory, here: int, config: Config
 ) -> tuple[PlacesSoFar, dict[int, np.ndarray]]:
-    """A survey, and the free-space measures of the region where the robot is."""
+    """A survey, and what the region where the robot is looks like, by its number."""
     places = survey(seen, before, config.places)
-    position = seen.poses[-1, :2]
-    for number in (int(places.labels.at(position, outside=-1)), here):
+    for number in (int(places.labels.at(seen.poses[-1, :2], outside=-1)), here):
         if number >= 0 and (places.labels.values == number).any():
-            return places, {number: _measured(places, number, segments, trajectory, config)}
+            chance = look(places, number, segments, trajectory, config)
+            return places, {} if chance is None else {number: chance}
     return places, {}
-
-
-def _measured(
-    places: PlacesSoFar, number: int, segments: list[Segments], trajectory: Trajectory, config: Config
-) -> np.ndarray:
-    """(7,) :func:`rgcore.places.classify.measures` of a region; its lines are what its keyframes' segments show."""
-    region = describe(places.labels, number, -1, config.places)
-    every = Segments(**{f.name: np.concatenate([getattr(s, f.name) for s in segments]) for f in fields(Segments)})
-    own = every[region_of_segments(every, trajectory, Places(places.labels, (), ())) == number]
-    ends = se2.transform(trajectory.map_from_laser[own.scan][:, None], own.ends)
-    posts: list[tuple[tuple[float, float], ...]] = [
-        g.found.posts for g in places.gateways if g.found is not None and number in g.found.regions
-    ]
-    return measures(region, posts, _short_things(ends))
-
-
-def _short_things(ends: np.ndarray) -> np.ndarray:
-    """(L, 2, 2) short segments of several scans, one for each place that two of them show."""
-    short = ends[np.hypot(*(ends[:, 1] - ends[:, 0]).T) < SHORT]
-    _, first, count = np.unique(_places_of(short.mean(1)), return_index=True, return_counts=True)
-    return short[first[count >= 2]]
-
-
-def _places_of(points: np.ndarray) -> np.ndarray:
-    """(K,) a number for the square of ``THING`` that each point (K, 2) lies in."""
-    cell = np.floor(points / THING).astype(np.int64)
-    out: np.ndarray = cell[:, 0] * 1_000_003 + cell[:, 1]
-    return out

@@ -7,10 +7,10 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.geometry import se2
-from rgcore.geometry.grid import Grid, reach
+from rgcore.geometry.grid import Grid
 from rgcore.lines.merge import Lines
 from rgcore.places.divide import sides
-from rgcore.places.hypotheses import KINDS, Hypotheses
+from rgcore.places.hypotheses import TRANSITIONS, Hypotheses
 from rgcore.places.places import FoundGateway, Places, Point
 
 
@@ -26,27 +26,13 @@ def find_gateways(
         front, back = sides(labels.values, found.posts[k])
         if min(front, back) >= 0 and front != back:
             a, b = labels.centers(found.posts[k])
-            u = (b - a) / np.hypot(*(b - a))
             width = float(np.hypot(*(b - a)))
-            if KINDS[int(found.kind[k])] == "junction":
-                class_ = _junction(labels, (a + b) / 2, u, width)
-            else:
+            class_ = TRANSITIONS[int(found.kind[k])]
+            if not class_.startswith("junction"):
                 class_ = "narrow_passage" if width <= settings.widest_door else "opening"
             known.append(describe(a, b, (front, back), class_, float(found.score[k]), positions, settings))
     last = len(positions)
     return tuple(sorted(known, key=lambda g: (g.first_scan if g.first_scan >= 0 else last, g.posts)))
-
-
-def _junction(labels: Grid, middle: np.ndarray, u: np.ndarray, width: float) -> str:
-    """The letter of a junction: how many more arms leave the crossing that lies on the wider side of a cut."""
-    free = labels.values >= 0
-    best = 0
-    for sign in (1, -1):
-        n = sign * np.array([-u[1], u[0]])
-        start = (middle + 0.6 * width * n - labels.origin) / labels.resolution
-        way = reach(free, np.repeat(start[None], 3, 0), np.stack([n, u, -u]), 3 * width / labels.resolution)
-        best = max(best, int((way * labels.resolution > 1.5 * width).sum()))
-    return {3: "junction_X", 2: "junction_T"}.get(best, "junction_L")
 
 
 def describe(

@@ -10,11 +10,15 @@ import numpy as np
 
 from rgcore.config import Places as Settings
 from rgcore.evidence import Evidence
+from rgcore.places import junctions
 from rgcore.places.chords import Chords
 from rgcore.places.network import Network
 
 KINDS = ("none", "door", "opening", "junction")
 """What the network tells apart: no transition, a gap in a wall, a hallway's mouth into a room, an arm of a junction."""
+
+TRANSITIONS = (*KINDS[:3], *junctions.KINDS[1:])
+"""What a hypothesis may be: junctions by their letter, of which a network of its own tells."""
 
 WEIGHTS = Path(__file__).with_name("gateways.npz")
 """Made by ``python -m rgcore.places.train_gateways``."""
@@ -33,7 +37,7 @@ PROBES = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.4, 1.8, 2.4, 3.2)
 class Hypotheses(Evidence):
     """Chords that may be gateways, the best first (K), in cells.
 
-    posts (K, 2, 2), score (K,), kind (K,) in ``KINDS``, weak (K,): not sure enough to stand alone
+    posts (K, 2, 2), score (K,), kind (K,) in ``TRANSITIONS``, weak (K,): not sure enough to stand alone
     """
 
     posts: np.ndarray
@@ -108,11 +112,14 @@ def _narrows(extra: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
 
 def judge(chords: Chords, resolution: float, settings: Settings) -> Hypotheses:
     """Score the chords by the network and keep the best of those that are near each other."""
-    chance = chances(chords, resolution)
-    if not settings.split_hallways:
-        chance = chance[:, : KINDS.index("junction")]
+    chance = chances(chords, resolution)[:, : KINDS.index("junction")]
     kind = 1 + chance[:, 1:].argmax(1)
     score = chance[:, 1:].sum(1)
+    if settings.split_hallways:
+        arm = junctions.chances(chords, resolution)
+        is_arm = arm[:, 1:].sum(1) > score
+        kind = np.where(is_arm, len(KINDS) - 1 + arm[:, 1:].argmax(1), kind)
+        score = np.where(is_arm, arm[:, 1:].sum(1), score)
     width = chords.width * resolution
     kept = np.nonzero(score >= settings.weak_confidence)[0]
     order = kept[np.argsort(-(score - 0.1 * width)[kept], kind="stable")]

@@ -186,6 +186,7 @@ def _numbered(pieces: Grid, seen: Seen, before: PlacesSoFar) -> tuple[np.ndarray
     for number, piece in _strongest(votes):
         if numbers[piece] < 0:
             numbers[piece] = number
+            joined.pop(number, None)  # it stands alone again
         elif votes[number, piece] >= PART * votes[number].sum():
             joined[number] = int(numbers[piece])
     next_region = before.next_region

@@ -15,17 +15,25 @@ from rgcore.config import Places as Settings
 from rgcore.places.chords import find_chords
 from rgcore.places.divide import open_space
 from rgcore.places.floors import Floor, random_floor, scanned
+from rgcore.places.furnished import furnished_floor
 from rgcore.places.hypotheses import KINDS, WEIGHTS, features
 from rgcore.places.network import Network
 
-SEED, FLOORS = 11, 450
+SEED, FLOORS = 11, 900
+
+CROWDS = (0.5, 1.0, 2.0, 3.0, 4.0)
+"""How much furniture stands on half of the floors: most chords in an office join two cabinets."""
 
 
-def label(floor: Floor, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(K,) kind of each chord a - b [m], -1 where it is too near a transition to be none and too far to be one."""
+def label(floor: Floor, a: np.ndarray, b: np.ndarray, kinds: tuple[str, ...] = KINDS) -> np.ndarray:
+    """(K,) which of ``kinds`` each chord a - b [m] is, -1 where it is too near a transition to be none and too far to
+    be one. Transitions of other kinds are none; ``junction`` stands for all junctions."""
     kind = np.zeros(len(a), int)
     mid, u, width = (a + b) / 2, b - a, np.hypot(*(b - a).T)
     for p, q, name in floor.gateways:
+        name = name if name in kinds else name.split("_")[0]
+        if name not in kinds:
+            continue
         n = q - p
         length = np.hypot(*n)
         off = np.hypot(*(mid - (p + q) / 2).T)
@@ -35,14 +43,14 @@ def label(floor: Floor, a: np.ndarray, b: np.ndarray) -> np.ndarray:
         good &= np.abs(width - length) < 0.15 + 0.08 * length
         near = (off < 0.7) & (lean > 0.7)
         kind[near & (kind == 0)] = -1
-        kind[good] = KINDS.index(name)
+        kind[good] = kinds.index(name)
     return kind
 
 
 def examples(seed: int, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     """Features and kinds of the chords of one random floor."""
     rng = np.random.default_rng(seed)
-    floor = random_floor(rng)
+    floor = furnished_floor(rng, CROWDS).floor if rng.random() < 0.5 else random_floor(rng)
     free = scanned(floor, rng, settings)
     chords = find_chords(open_space(free, settings)[0], free.resolution, settings)
     posts = free.origin + (chords.posts + 0.5) * free.resolution
@@ -58,16 +66,25 @@ def train(seed: int = SEED, floors: int = FLOORS) -> tuple[Network, np.ndarray, 
     """The network, and what it makes of the chords of every 15th floor, which it has not seen: its table of confusion
     (true x found), and (chord, 2) its score as a gateway and whether one is there.
     """
-    from sklearn.neural_network import MLPClassifier
-
     settings = Settings()
     parts = [examples(1000 * seed + i, settings) for i in range(floors)]
     x, y = (np.concatenate(p) for p in zip(*parts, strict=True))
     held = np.repeat(np.arange(floors) % 15 == 0, [len(p[1]) for p in parts])
+    found = fitted(x[~held], y[~held], (48, 24), seed)
+    chance, true = found.probabilities(x[held]), y[held]
+    confusion = np.zeros((len(KINDS), len(KINDS)), int)
+    np.add.at(confusion, (true, chance.argmax(1)), 1)
+    return found, confusion, np.stack([chance[:, 1:3].sum(1), np.isin(true, (1, 2))], 1)
+
+
+def fitted(x: np.ndarray, y: np.ndarray, hidden: tuple[int, ...], seed: int) -> Network:
+    """A network on inputs (K, F) and their kinds (K,)."""
+    from sklearn.neural_network import MLPClassifier
+
     x = x.astype(np.float32)
-    mean, scale = x[~held].mean(0), x[~held].std(0) + 0.02
+    mean, scale = x.mean(0), x.std(0) + 0.02
     mlp = MLPClassifier(
-        (48, 24),
+        hidden,
         activation="tanh",
         alpha=1e-3,
         batch_size=512,
@@ -77,12 +94,8 @@ def train(seed: int = SEED, floors: int = FLOORS) -> tuple[Network, np.ndarray, 
         max_iter=40,
         random_state=seed,
     )
-    mlp.fit(((x - mean) / scale)[~held], y[~held])
-    found = Network(mean, scale, tuple(mlp.coefs_), tuple(mlp.intercepts_))
-    chance, true = found.probabilities(x[held]), y[held]
-    confusion = np.zeros((len(KINDS), len(KINDS)), int)
-    np.add.at(confusion, (true, chance.argmax(1)), 1)
-    return found, confusion, np.stack([chance[:, 1:3].sum(1), np.isin(true, (1, 2))], 1)
+    mlp.fit((x - mean) / scale, y)
+    return Network(mean, scale, tuple(mlp.coefs_), tuple(mlp.intercepts_))
 
 
 if __name__ == "__main__":
