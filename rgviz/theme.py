@@ -32,7 +32,7 @@ CHANGED: RGB = (235, 175, 0)
 """what came, went and changed between two maps; what went is dashed as well"""
 STALE: RGB = (110, 80, 130)
 """of an edit whose thing is not there any more"""
-SHIFTED: RGB = (150, 100, 0)
+SHIFTED: RGB = (140, 100, 100)
 """of an edit that was made elsewhere than the poses say"""
 WAS: RGB = (205, 45, 20)
 """walls of another map that is laid over this one"""

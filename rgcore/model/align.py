@@ -29,14 +29,18 @@ TURNS = 8
 """turns that are tried"""
 ON = 0.2
 """m: a wall that lies so near to another one lies on it"""
+AS_WELL = 0.02
+"""Frames with a score so little lower fit as well."""
 _FACING = 0.5  # m that a radian between directions counts for
 
 
 class Alignment(NamedTuple):
-    """``new_from_old`` (3,); ``share``: length of the old walls that lies on new ones then, of the shorter of both."""
+    """``new_from_old`` (3,); ``share``: length of the old walls that lies on new ones then, of the shorter of both;
+    ``score``: the same, what lies farther off counting less."""
 
     new_from_old: np.ndarray
     share: float
+    score: float
 
 
 def align(old: RGMap, new: RGMap) -> Alignment | None:
@@ -47,9 +51,9 @@ def align(old: RGMap, new: RGMap) -> Alignment | None:
     tree = cKDTree(_features(b))
     still = _refined(np.zeros(3), a, b, tree)
     tried = [_refined(start, a, b, tree) for start in _starts(a, b)]
-    best = max([still, *tried], key=lambda t: t.share)
-    as_it_is = Alignment(np.zeros(3), _share(np.zeros(3), a, b, tree))
-    return next(t for t in (as_it_is, still, best) if t.share >= best.share - 0.02)
+    best = max([still, *tried], key=lambda t: t.score)
+    as_it_is = _judged(np.zeros(3), a, b, tree)
+    return next(t for t in (as_it_is, still, best) if t.score >= best.score - AS_WELL)
 
 
 def _walls(lines: Iterable[Line]) -> np.ndarray:
@@ -129,9 +133,19 @@ def _refined(pose: np.ndarray, a: np.ndarray, b: np.ndarray, tree: cKDTree) -> A
         turn = np.array([0.0, 0.0, by[2]])
         back = middle + by[:2] - se2.transform(turn, middle)
         pose = se2.compose(np.array([*back, by[2]]), pose)
-    return Alignment(pose, _share(pose, a, b, tree))
+    return _judged(pose, a, b, tree)
 
 
-def _share(pose: np.ndarray, a: np.ndarray, b: np.ndarray, tree: cKDTree) -> float:
-    far = tree.query(_features(_moved(pose, a)), distance_upper_bound=ON)[0]
-    return float(min(1.0, np.isfinite(far).sum() / min(len(a), len(b))))
+def _judged(pose: np.ndarray, a: np.ndarray, b: np.ndarray, tree: cKDTree) -> Alignment:
+    at = _moved(pose, a)
+    far, near = tree.query(_features(at), distance_upper_bound=ON)
+    on = np.isfinite(far)
+    closeness = np.clip(1 - (_across(at[on], b[near[on]]) / ON) ** 2, 0, 1)
+    count = min(len(a), len(b))
+    return Alignment(pose, min(1.0, float(on.sum() / count)), min(1.0, float(closeness.sum() / count)))
+
+
+def _across(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """(K,) [m] by which points of walls lie beside those of others."""
+    d = a[:, :2] - b[:, :2]
+    return d[:, 1] * np.cos(b[:, 2]) - d[:, 0] * np.sin(b[:, 2])

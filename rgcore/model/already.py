@@ -13,7 +13,7 @@ from rgcore.model.edits_objects import ConfirmObject, LabelObject
 from rgcore.model.edits_regions import AddRegion, ClassifyRegion, RenameRegion
 from rgcore.model.history import Change, Done, History
 from rgcore.model.identify import CLEAR, REACH, TABLES
-from rgcore.model.records import Gateway, MapObject, Region
+from rgcore.model.records import Gateway, Line, MapObject, Region
 
 if TYPE_CHECKING:
     from rgcore.model.rebase import Source
@@ -22,6 +22,8 @@ FOUND = {"lines": 0.6, "regions": 0.75, "gateways": 0.7, "objects": 0.6}
 """Score from which on an automatic thing of the new map is what a person made."""
 TRACE = {"lines": 0.05, "regions": 0.2, "gateways": 0.2}
 """Score from which on a thing that a person took away may be there still."""
+CRUMBS = 0.4
+"""Share of a line along which there are lines in the new map, however small: then it may be there still."""
 
 
 class Already(NamedTuple):
@@ -62,6 +64,8 @@ def _traces(source: Source, change: Change) -> list[str]:
     if isinstance(change.before, MapObject):
         x, y = source.matcher.outline(change.before)[:2]
         return [o.id for o in source.matcher.new.objects.values() if math.dist((x, y), o.center[:2]) < REACH]
+    if isinstance(change.before, Line) and source.matcher.covered(change.before) >= CRUMBS:
+        return [change.id]  # of many: none of them alone is a counterpart
     return [id for id, _ in source.matcher.candidates(change.before, TRACE[change.kind])]
 
 

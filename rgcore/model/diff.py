@@ -25,8 +25,8 @@ from rgcore.slam.trajectory import Trajectory
 
 What = Literal["added", "removed", "split", "merged", "reclassed", "renamed", "reshaped", "moved", "opened", "closed"]
 ADDED, REMOVED = ("added", "opened"), ("removed", "closed")
-WALL = 0.3
-"""m: a wall that has another one of its direction so near is there still"""
+WALL = 0.19
+"""m: a wall that has another one of its direction so near is there still; one farther off is not recognised either"""
 PIECE = 0.4
 """m: shorter pieces of walls are noise of where lines end"""
 DOOR = 0.25

@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rgcore.model.carry import ids_of, places_of
-from rgcore.model.edits import AnyEdit
+from rgcore.model.edits import AnyEdit, Several
+from rgcore.model.edits_gateways import AddGateway, AssignGateway
+from rgcore.model.edits_lines import AssignLines
+from rgcore.model.edits_notes import AddNote
+from rgcore.model.edits_objects import AddObject, SeedObject
+from rgcore.model.edits_regions import ClassifyRegion, RenameRegion
 from rgcore.model.ground import shape_of
 from rgcore.model.history import Change, Done, History
 from rgcore.model.identify import TABLES, beside
@@ -31,10 +36,16 @@ UNKNOWN = 0.02
 """m: deviation of a line that no scan tells of"""
 SHAPE = 0.75
 """Score below which the outline of a region is another one."""
+NAMED = 0.6
+"""The same where only a name or class is given to the region: a room whose niche was cut off is still that room."""
 EXTENT = 0.6
 """The same of lines: their ends are seen less often than their middle."""
-UNSURE = 0.15
+UNSURE = 0.25
 """m: a place about which the scans that saw it disagree more is told"""
+NAMING = (ClassifyRegion, RenameRegion, AddNote)
+"""Edits that say something of a region as a whole."""
+BESIDE_IT = (AssignGateway, AssignLines, AddGateway, SeedObject, AddObject)
+"""Edits to which regions are neighbours: their outlines elsewhere are no matter."""
 OFF = 0.3
 """m: gateways and objects that stand farther off have moved"""
 
@@ -83,36 +94,44 @@ def _ground(source: Source, done: Done, after: History) -> str | None:
 
 
 def _lost(c: Change) -> float:
-    """Share of its ground that a region loses by a change."""
+    """Share of its ground that a region loses by a change; 0 of one that grows."""
     if c.before is None or c.before.boundary is getattr(c.after, "boundary", None):
         return 0.0
     area = shape_of(c.before).area
-    return 1.0 if c.after is None else 1.0 - shape_of(c.after).area / max(area, 1e-9)
+    return 1.0 if c.after is None else max(0.0, 1.0 - shape_of(c.after).area / max(area, 1e-9))
 
 
 def shift(source: Source, edit: AnyEdit) -> str:
     """By how much the things that an edit is about lie or look other than the poses say; "" if they do not."""
-    found = [s for id in sorted(ids_of(edit)) if id in source.ids and (s := shift_of(source, id))]
+    least = _least_alike(edit)
+    found = [s for id in sorted(ids_of(edit)) if id in source.ids and (s := shift_of(source, id, least))]
     apart = max(source.drift.spread(np.array(places_of(edit))), default=0.0) if source.drift.known else 0.0
     if apart > UNSURE:
         found.append(f"where it is now is known to {apart:.2f} m only: the scans near it moved apart")
     return "; ".join(found[:3]) + (f" and {len(found) - 3} more" if len(found) > 3 else "")
 
 
-def shift_of(source: Source, id: str) -> str:
-    """The same of one thing of the old map that was recognised."""
+def _least_alike(edit: AnyEdit) -> float:
+    """How much the outline of a recognised region must be as before for an edit to mean the same there."""
+    if isinstance(edit, Several):
+        return max(map(_least_alike, edit.edits))
+    return 0.0 if isinstance(edit, BESIDE_IT) else NAMED if isinstance(edit, NAMING) else SHAPE
+
+
+def shift_of(source: Source, id: str, shape: float = SHAPE) -> str:
+    """The same of one thing of the old map that was recognised; ``shape``: score of an outline that is the same."""
     for kind in TABLES:
         old = getattr(source.history.base, kind).get(id)
         new = getattr(source.matcher.new, kind).get(source.ids.get(id))
         if old is not None and new is not None:
-            return _shift(source, old, new)
+            return _shift(source, old, new, shape)
     return ""
 
 
-def _shift(source: Source, old: Any, new: Any) -> str:
+def _shift(source: Source, old: Any, new: Any, shape: float) -> str:
     score = source.matcher.likeness(old, new)
     if isinstance(old, Region):
-        return f"{new.id} has another outline: {100 * score:.0f} % alike" if score < SHAPE else ""
+        return f"{new.id} has another outline: {100 * score:.0f} % alike" if score < shape else ""
     was = source.matcher.outline(old)
     if isinstance(old, Line):
         off, sigma = beside(was, np.array([new.start, new.end])), deviation(old, new)

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from rgcore.geometry import cutting
+from rgcore.geometry import cutting, se2
 from rgcore.geometry.polygons import polygon
+from rgcore.geometry.segments import distances
 from rgcore.model.records import Gateway, Line, MapObject, Record, Region, RGMap
 
 Move = Callable[[np.ndarray], np.ndarray]
@@ -27,6 +28,8 @@ BESIDE = 0.08
 """m: lines that lie so near beside each other lie on one another: poses are no better known"""
 ASKEW = math.radians(15)
 """rad: lines that differ so much in direction score 0"""
+ALONG = math.radians(30)
+"""rad: lines that differ so much in direction do not run along one another"""
 WITHIN = 0.8
 """share of a line that must lie on another one to be a piece of it"""
 TABLES = ("lines", "regions", "gateways", "objects")
@@ -75,6 +78,18 @@ class Matcher:
         scores = _SCORES[kind](self.outline(item), self._outlines(kind)[1])
         order = np.argsort(-scores, kind="stable")
         return [(ids[j], float(scores[j])) for j in order if scores[j] >= least]
+
+    def covered(self, line: Line) -> float:
+        """Share of a line of the old map along which lines of the new one lie near, roughly in its direction."""
+        (a, b), others = (
+            self.outline(line),
+            np.array([(v.start, v.end) for v in self.new.lines.values()]).reshape(-1, 2, 2),
+        )
+        d, e = b - a, others[:, 1] - others[:, 0]
+        askew = np.abs(se2.wrap(np.arctan2(e[:, 1], e[:, 0]) - math.atan2(d[1], d[0])))
+        others = others[askew < ALONG]
+        points = a + np.linspace(0, 1, max(3, int(np.hypot(*d) / 0.05)))[:, None] * d
+        return float((distances(points[:, None], others).min(1, initial=np.inf) < ASIDE).mean())
 
     def likeness(self, old: Record, new: Record) -> float:
         """How much a thing of the old map, moved, is like one of the new map: 0 to 1."""
@@ -201,16 +216,20 @@ def _line_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _gateway_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
-    """Mean distance of the posts, whichever of them comes first."""
+    """Mean distance of the posts, whichever of them comes first; those of wide openings are known less well."""
     b = np.stack(others)
     straight, crossed = (np.hypot(*(b[:, order] - one).transpose(2, 0, 1)).mean(1) for order in ([0, 1], [1, 0]))
-    return np.clip(1 - np.minimum(straight, crossed) / REACH, 0, 1)
+    widths = np.hypot(*(b[:, 1] - b[:, 0]).T)
+    reach = np.maximum(REACH, np.maximum(widths, np.hypot(*(one[1] - one[0]))) / 2)
+    return np.clip(1 - np.minimum(straight, crossed) / reach, 0, 1)
 
 
 def _object_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
-    """Distance of the centres and half of the difference in size."""
-    d = np.stack(others) - one
-    return np.clip(1 - (np.hypot(d[:, 0], d[:, 1]) + np.hypot(d[:, 2], d[:, 3]) / 2) / REACH, 0, 1)
+    """Distance of the centres and half of the difference in size, whichever side of the box is called its length."""
+    b = np.stack(others)
+    away = np.hypot(b[:, 0] - one[0], b[:, 1] - one[1])
+    straight, turned = (np.hypot(b[:, i] - one[2], b[:, j] - one[3]) for i, j in ((2, 3), (3, 2)))
+    return np.clip(1 - (away + np.minimum(straight, turned) / 2) / REACH, 0, 1)
 
 
 _SCORES: dict[str, Callable[[Any, Sequence[Any]], np.ndarray]] = {

@@ -15,7 +15,7 @@ from rgviz.again.comparing import COLORS, TITLES, Comparison
 from rgviz.again.kinds import KIND_COLORS, by_need
 from rgviz.again.logs import Log
 from rgviz.again.settings import search, settings, value_of
-from rgviz.facts import wrap
+from rgviz.markup import wrap
 from rgviz.panels.parts import press
 from rgviz.status import STAGES
 

@@ -262,7 +262,7 @@ def test_a_log_is_mapped_again_while_the_map_is_edited(
     q.see(re.compile("^Mapping again"))
     app.worker.post(app.opened.do, RenameRegion(region=region, name="Made meanwhile"))
     app.worker.post(app.opened.do, MarkClutter(lines=(line.id,)))
-    p.see("Accept the new run", timeout=90_000)
+    p.see("Accept the new run", timeout=180_000)
     q.see("A new run waits to be looked at.")
     app.worker.wait()
     press(p, "accept")

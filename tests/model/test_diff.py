@@ -228,3 +228,13 @@ def test_on_the_command_line(
     assert json.loads(capsys.readouterr().out)["differences"] == []
     assert main(["diff", str(path), str(tmp_path / "none.rg")]) == 1
     assert "there is no such project" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("by", [0.08, 0.15, 0.18, 0.2, 0.25, 0.29, 0.35, 1.0])
+def test_a_wall_that_moved_is_told_however_far(floor: RGMap, by: float) -> None:
+    v = floor.lines["l21"]
+    (x0, y0), (x1, y1) = v.start, v.end
+    moved = replace(v, start=(x0 - by, y0), end=(x1 - by, y1))
+    found = told(diff(floor, replace(floor, lines={**floor.lines, "l21": moved})))
+    near, far = [("lines", "moved")], [("lines", "removed"), ("lines", "added")]
+    assert [(kind, what) for kind, what, *_ in found] in (near, far), found

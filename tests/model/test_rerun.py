@@ -14,10 +14,12 @@ from rgcore.errors import EditError, ProjectError
 from rgcore.model.edits import (
     AddGateway,
     AddNote,
+    ClassifyGateway,
     ClassifyRegion,
     Confirm,
     DeleteGateway,
     DeleteLines,
+    LabelObject,
     MarkClutter,
     MergeRegions,
     RenameRegion,
@@ -205,3 +207,45 @@ def test_conflicts_of_an_older_version_are_read(project: Project, office: RGMap,
     with Project.open(project.path) as same:
         assert [str(o) for o in same.conflicts] == ["relabel r3 as kitchen: r3 has no clear counterpart in the new map"]
         assert same.add_run(again(office)) == ()
+
+
+def test_a_box_whose_sides_change_names_is_the_same(project: Project, office: RGMap) -> None:
+    project.do(LabelObject(object="o1", label="shelf"))
+    o = office.objects["o1"]
+    turned = replace(o, id="o4", size=(o.size[1], o.size[0], o.size[2]), yaw=0.0)
+    assert project.add_run(again(replace(office, objects={"o4": turned}))) == ()
+    assert project.map.objects["o4"].label == "shelf"
+
+
+def test_a_wide_opening_is_known_though_its_posts_stand_elsewhere(project: Project, office: RGMap) -> None:
+    wide = replace(office.gateways["g1"], posts=((0.2, 2.05), (3.8, 2.05)), class_="opening")
+    other = replace(wide, posts=((0.8, 2.05), (3.1, 2.05)))
+    project.accept(plan_rerun(project, again(replace(office, gateways={"g1": wide}))))
+    project.do(ClassifyGateway(gateway="g1", class_="counter"))
+    assert project.add_run(again(replace(office, gateways={"g1": other}))) == ()
+    assert project.map.gateways["g1"].class_ == "counter"
+
+
+def test_a_wall_that_fell_to_crumbs_is_not_gone_by_itself(project: Project, office: RGMap) -> None:
+    project.do(DeleteLines(lines=("l5",)))
+    crumbs = {
+        f"l{60 + n}": line(f"l{60 + n}", (4.0, y), (4.02, y + 0.1), "r2") for n, y in enumerate((2.5, 3.5, 4.5, 5.5))
+    }
+    rest = {k: v for k, v in office.lines.items() if k != "l5"}
+    (waits,) = project.add_run(again(replace(office, lines={**rest, **crumbs})))
+    assert waits.title == "delete l5"
+
+
+def test_a_room_without_its_niche_keeps_its_name_and_says_nothing_of_it(project: Project, office: RGMap) -> None:
+    project.do(RenameRegion(region="r2", name="Lab"))
+    project.do(Confirm(items=("r2",)))
+    smaller = replace(office.regions["r2"], boundary=((0.0, 2.1), (4.0, 2.1), (4.0, 4.8), (0.0, 4.8)))
+    plan = plan_rerun(project, again(replace(office, regions={**office.regions, "r2": smaller})))
+    assert [(o.title, o.kind) for o in plan.outcomes] == [("rename r2 to Lab", "applied"), ("confirm r2", "conflict")]
+
+
+def test_merged_rooms_may_have_grown_less(project: Project, office: RGMap) -> None:
+    project.do(MergeRegions(regions=("r3", "r1")))
+    small = replace(office.regions["r1"], boundary=((3.0, 0.0), (8.0, 0.0), (8.0, 2.0), (3.0, 2.0)))
+    plan = plan_rerun(project, again(replace(office, regions={**office.regions, "r1": small})))
+    assert plan.counts()["conflict"] == 0, plan.outcomes[0].reason

@@ -11,6 +11,7 @@ import pytest
 
 from rgcore.exports.palette import CLASS_COLORS
 from rgviz import theme
+from rgviz.again.kinds import KIND_COLORS
 from rgviz.theme import RGB
 
 EYES = {
@@ -60,6 +61,10 @@ def test_colours_stay_apart_for_colour_blind_eyes(eye: str, look: str) -> None:
     marks = {"gateway": theme.GATEWAY, "point": theme.GATEWAY_POINT, "post": theme.POST, "chosen": theme.SELECTION}
     assert least(classes, EYES[eye])[0] > APART, least(classes, EYES[eye])
     assert least(floors, EYES[eye])[0] > FLOORS_APART, least(floors, EYES[eye])
+    changes = {k: seen(c) for k, c in (("new", theme.ADDED), ("gone", theme.REMOVED), ("changed", theme.CHANGED))}
+    assert least(changes, EYES[eye])[0] > APART, least(changes, EYES[eye])
+    kinds = {k: seen(c) for k, c in KIND_COLORS.items()}
+    assert least(kinds, EYES[eye])[0] > APART, least(kinds, EYES[eye])
     marked = {k: seen(c) for k, c in marks.items()}
     assert least(marked, EYES[eye])[0] > APART, least(marked, EYES[eye])
 
@@ -84,6 +89,11 @@ def variables(selector: str) -> dict[str, RGB]:
         long = "".join(c * 2 for c in value) if len(value) == 3 else value
         out[name] = (int(long[:2], 16), int(long[2:4], 16), int(long[4:], 16))
     return out
+
+
+@pytest.mark.parametrize("kind", KIND_COLORS)
+def test_numbers_on_pins_can_be_read(kind: str) -> None:
+    assert contrast(KIND_COLORS[kind], (255, 255, 255)) >= 4.5
 
 
 @pytest.mark.parametrize("selector", [":root", "html.rg-dark"])
