@@ -29,7 +29,7 @@ from rgcore.model.project import Project
 from rgcore.model.records import RGMap
 from rgcore.scans.backdrop import read_backdrop, read_file
 from rgcore.scans.bags import USUAL, Topics, is_bag
-from rgviz import facts, status, theme
+from rgviz import overview, status, theme
 from rgviz.again import words
 from rgviz.again.again import Again
 from rgviz.again.others import Others
@@ -70,7 +70,7 @@ class App:
         self._name = theme.NAME
         self.picker = Latest(Picker)
         self.labels = Latest(lambda m: labels(m, self.scene.artist))
-        self.legend = Latest(facts.legend)
+        self.legend = Latest(overview.legend)
         self.findings = Latest(lint)
         self.doubts = Latest(lambda m: work_list(m, self.findings(m)))
         self.edit_titles = Latest(lambda m: self._edit_titles())

@@ -1,10 +1,9 @@
-"""What the panels say about the map and its items, as HTML. Every word that came from a person or a file is escaped."""
+"""What the inspector says about the items of a map, as HTML."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from html import escape
 from typing import Any
 
@@ -13,10 +12,9 @@ import numpy as np
 from rgcore.model.records import Gateway, Line, MapObject, Note, Provenance, Region, RGMap
 from rgviz import plots, theme
 from rgviz.figures import Figures
+from rgviz.markup import Row, class_title, degrees, figure, heading, ids, named, points, table, when, wrap
 from rgviz.picking import Item
 
-Row = tuple[str, str]
-"""A label and HTML."""
 EDITS = 5
 """of an item that are named, the last ones"""
 
@@ -50,10 +48,10 @@ def region(map_: RGMap, id_: str, figures: Figures | None = None) -> tuple[str, 
 def region_plots(map_: RGMap, r: Region, figures: Figures | None) -> str:
     """Where its lines point to, and what its parameters were chosen from."""
     ends = np.array([(v.start, v.end) for v in map_.lines.values() if v.regions and v.regions[0] == r.id])
-    plot = _figure("Directions of its lines", plots.angle_histogram(ends.reshape(-1, 2, 2), r.axes))
+    plot = figure("Directions of its lines", plots.angle_histogram(ends.reshape(-1, 2, 2), r.axes))
     curve = figures.curve(r.id) if figures is not None else None
     if curve is not None:
-        plot += _figure("Lines against accuracy, as tried", plots.trade_off(curve))
+        plot += figure("Lines against accuracy, as tried", plots.trade_off(curve))
     return plot
 
 
@@ -167,73 +165,6 @@ def many(map_: RGMap, items: tuple[Item, ...]) -> str:
     return heading(f"{len(items)} {kind}s") + table(rows)
 
 
-def overview(map_: RGMap, title: str, figures: Figures | None = None) -> str:
-    """The facts of the whole map, shown while nothing is selected."""
-    s = map_.stats
-    reduction = f"{s.segments / len(map_.lines):.1f} segments a line" if map_.lines and s.segments else "unknown"
-    accuracy = "unknown" if s.accuracy is None else f"{100 * s.accuracy:.1f} cm"
-    if s.accuracy is not None and s.accuracy_penalty is not None:
-        accuracy += f' <span class="muted">(penalty {s.accuracy_penalty:g} m)</span>'
-    rows = [
-        ("Log", escape(map_.source.log or "unknown")),
-        ("Scans", f"{s.scans:,}"),
-        ("Readings", f"{s.points:,}"),
-        ("Lines", f"{len(map_.lines):,}"),
-        ("Reduction", reduction),
-        ("Accuracy", accuracy),
-    ]
-    hint = "<p>Click a region, a gateway, a line or an object to see and change it. Shift+click selects more.</p>"
-    curve = figures.map_curve() if figures is not None else None
-    plot = _figure("Lines against accuracy, as tried", plots.trade_off(curve)) if curve is not None else ""
-    keys = '<p class="muted"><kbd>?</kbd> shows all keys.</p>'
-    return wrap(f'<div class="rg-h">{escape(title)}</div>{_table(rows)}<div class="muted">{hint}</div>{keys}') + plot
-
-
-def legend(map_: RGMap) -> str:
-    """Swatches with the counts of everything that is drawn."""
-    out = ""
-    for c, n in _counted(r.class_ for r in map_.regions.values()):
-        own = theme.class_color(c)
-        out += _swatch(theme.css(theme.over_white(own)), theme.css(own), class_title(c), n)
-    gate = theme.css(theme.GATEWAY)
-    for c, n in _counted(g.class_ for g in map_.gateways.values()):
-        out += _swatch(gate, gate, class_title(c), n, "opening")
-    if map_.objects:
-        color = theme.css(theme.OBJECT)
-        out += _swatch(theme.css(theme.over_white(theme.OBJECT, 0.55)), color, "object", len(map_.objects))
-    marks = ((theme.POST, "post"), (theme.CROSSING, "crossing-point"), (theme.GATEWAY_POINT, "gateway-point"))
-    if map_.gateways:
-        out += "".join(_swatch(theme.css(color), theme.css(color), text, None, text) for color, text in marks)
-    if map_.notes:
-        color = theme.css(theme.NOTE)
-        out += _swatch(color, color, "note", len(map_.notes), "note-mark")
-    return wrap(f"<table>{out}</table>")
-
-
-def guest() -> str:
-    """Why there is nothing to press."""
-    return wrap(
-        '<div class="rg-h">For looking</div><p class="muted">This link shows the map; edits need the other one.</p>'
-    )
-
-
-def downloads(name: str, endings: Mapping[str, str], last: str | None = None, lost: Sequence[str] | None = None) -> str:
-    """Links to the exports, by ending and title; what the ``last`` one could not carry (None: not known yet)."""
-    out = ""
-    for end, title in endings.items():
-        attributes = f'href="/export/map{end}" download="{escape(name)}{end}" title="{escape(title)}"'
-        out += f'<a class="file" data-do="download" data-arg="{end}" {attributes}>{end[1:].upper()}</a>'
-    if last is None:
-        return wrap(out)
-    file = f"<b>{escape(name)}{last}</b>"
-    if lost is None:
-        return wrap(f"{out}<p>{file} is being written ...</p>")
-    if not lost:
-        return wrap(f"{out}<p>{file} holds the whole map.</p>")
-    rows = "".join(f"<li>{escape(what)}</li>" for what in lost)
-    return wrap(f"{out}<p>{file}, {escape(endings[last])}, does not hold</p><ul class=lost>{rows}</ul>")
-
-
 def scores(values: dict[str, float]) -> str:
     """Class scores as small bars, the best first."""
     rows = ""
@@ -250,78 +181,11 @@ def area(r: Region) -> float:
     return _shoelace(r.boundary) - sum(abs(_shoelace(h)) for h in r.holes)
 
 
-def class_title(c: str) -> str:
-    words = theme.CLASS_TITLES.get(c)
-    if words is None:
-        return escape(c) or "not classified"
-    return escape(words) if "_" in c or c == "opening" else f'{escape(c)} <span class="muted">{escape(words)}</span>'
-
-
 def provenance(p: Provenance) -> str:
     if p.source == "auto":
         return "the mapper"
     who = ("a person" if p.source == "human" else "the mapper, edited") + (f" by {escape(p.by)}" if p.by else "")
     return f'{who} <span class="muted">{when(p.at)}</span>' if p.at else who
-
-
-def when(at: str | None) -> str:
-    """A time of the journal, as HTML: ``2026-01-31 12:00 UTC``."""
-    return escape((at or "").replace("T", " ").replace("Z", " UTC").replace(":00 UTC", " UTC"))
-
-
-def _figure(title: str, svg: str) -> str:
-    return wrap(f'<figure><figcaption class="muted">{escape(title)}</figcaption>{svg}</figure>') if svg else ""
-
-
-def heading(kind: str, id_: str = "", name: str = "") -> str:
-    small = f"<small>{escape(kind)}{' ' + escape(id_) if id_ and name and name != id_ else ''}</small>" if id_ else ""
-    return wrap(f'<div class="rg-h">{escape(name or id_ or kind)}{small}</div>')
-
-
-def named(map_: RGMap, region_id: str) -> str:
-    r = map_.regions.get(region_id)
-    if r is None or r.name in ("", r.id):
-        return escape(region_id)
-    return f'{escape(r.name)} <span class="muted">{escape(region_id)}</span>'
-
-
-def ids(values: Iterable[str], most: int = 8) -> str:
-    all_ = list(values)
-    more = f" and {len(all_) - most} more" if len(all_) > most else ""
-    return (", ".join(escape(v) for v in all_[:most]) + more) or "none"
-
-
-def points(values: Iterable[tuple[float, float]]) -> str:
-    return "<br>".join(f"({x:.2f}, {y:.2f})" for x, y in values) or "none"
-
-
-def degrees(angle: float) -> str:
-    """An angle [rad] in whole degrees, within half a turn either way."""
-    return f"{round(math.degrees(math.remainder(angle, math.tau)))}°"
-
-
-def wrap(html: str) -> str:
-    return f'<div class="rg">{html}</div>'
-
-
-def table(rows: Iterable[Row]) -> str:
-    return wrap(_table(rows))
-
-
-def _table(rows: Iterable[Row]) -> str:
-    return "<table>" + "".join(f"<tr><td>{k}</td><td>{v}</td></tr>" for k, v in rows) + "</table>"
-
-
-def _swatch(fill: str, edge: str, text: str, count: int | None, mark: str = "") -> str:
-    box = f'<span class="swatch {mark}" style="background:{fill};border-color:{edge}"></span>'
-    number = "" if count is None else f"{count:,}"
-    return (
-        f'<tr><td style="color:inherit;white-space:normal;width:auto">{box}{text}</td><td class="n">{number}</td></tr>'
-    )
-
-
-def _counted(classes: Iterable[str]) -> list[tuple[str, int]]:
-    return sorted(Counter(classes).items(), key=lambda kv: (-kv[1], kv[0]))
 
 
 def _shoelace(ring: Iterable[tuple[float, float]]) -> float:

@@ -7,8 +7,8 @@ from html import escape
 
 from rgcore.model.project import Project
 from rgviz import theme
-from rgviz.facts import wrap
 from rgviz.jobs import Report
+from rgviz.markup import wrap
 
 STAGES = {
     "read": "Reading the log",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rgcore.errors import EditError, QueryError
 from rgcore.model.find import find
 from rgcore.model.records import RGMap, replace
-from rgviz import facts, theme
+from rgviz import facts, markup, theme
 from rgviz.panels.parts import press
 from rgviz.panels.tab import Doer, Tab
 from rgviz.picking import KINDS, Kind
@@ -92,7 +92,7 @@ class FindTab(Tab):
         try:
             found = {k: self.found.ids(map_, self.text, k) for k in KINDS}
         except QueryError as e:
-            return facts.wrap(f'<div class="error">{escape(str(e))}</div>{_help()}')
+            return markup.wrap(f'<div class="error">{escape(str(e))}</div>{_help()}')
         ids = found[kind]  # type: ignore[index]
         self.page = min(self.page, max(0, math.ceil(len(ids) / PAGE) - 1))
         chosen = {i.id for i in self.view.selection}
@@ -102,7 +102,7 @@ class FindTab(Tab):
             press("kind", k, f"{k}s <b>{len(found[k]):,}</b>", "chip on" if k == kind else "chip") for k in KINDS
         )
         empty = "" if ids else '<p class="muted">nothing of this kind</p>'
-        return facts.wrap(f'<div class="chips">{chips}</div>{rows}{empty}{_pages(self.page, len(ids))}{_help()}')
+        return markup.wrap(f'<div class="chips">{chips}</div>{rows}{empty}{_pages(self.page, len(ids))}{_help()}')
 
 
 def row(map_: RGMap, kind: Kind, id: str, chosen: bool = False) -> str:

@@ -8,7 +8,7 @@ from html import escape
 from rgcore.errors import EditError
 from rgcore.model.edit import several
 from rgcore.model.history import Done, History
-from rgviz import actions, facts
+from rgviz import actions, markup
 from rgviz.panels.parts import press
 from rgviz.panels.tab import Doer, Tab
 
@@ -29,7 +29,7 @@ class HistoryTab(Tab):
     def _list(self) -> str:
         session = self.view.app.session
         if session is None:
-            return facts.wrap('<p class="muted">The map is being made.</p>')
+            return markup.wrap('<p class="muted">The map is being made.</p>')
         return edits(session.project.history, not self.view.read_only)
 
     def _back(self, number: str) -> None:
@@ -75,11 +75,11 @@ def edits(history: History, editable: bool) -> str:
         rows += press("back", "0", f"<b>{start}</b><small>undo everything; it can be made again</small>", "row")
     else:
         rows += f'<div class="row {"" if stands else "now"}"><b>{start}</b></div>'
-    return facts.wrap(rows)
+    return markup.wrap(rows)
 
 
 def _row(number: int, done: Done, kind: str, hint: str, active: bool) -> str:
-    who = f"{done.entry.by or 'somebody'} · {facts.when(done.entry.at)}"
+    who = f"{done.entry.by or 'somebody'} · {markup.when(done.entry.at)}"
     face = f"<b>{escape(done.title)}</b><small>{escape(who)}</small>"
     if not active:
         return f'<div class="row {kind}">{face}</div>'

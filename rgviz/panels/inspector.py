@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rgcore.errors import EditError
 from rgcore.model.records import GATEWAY_CLASSES, REGION_CLASSES, MapObject
-from rgviz import facts, status
+from rgviz import facts, markup, overview, status
 from rgviz.commands import fitting
 from rgviz.panels.parts import Parts, command_button, number_of
 from rgviz.picking import Item
@@ -62,7 +62,7 @@ class Inspector:
             self.view.bridge.tell("focus", field=self._name._impl.uuid)
 
     def _overview(self) -> str:
-        return facts.overview(self.view.map, self.view.app.title, self.view.figures)
+        return overview.overview(self.view.map, self.view.app.title, self.view.figures)
 
     def _show_one(self, item: Item) -> None:
         app = self.view.app
@@ -157,4 +157,4 @@ class Inspector:
 def buttons(items: Items) -> str:
     """What can be done with a selection and has no field or row of its own."""
     faces = [command_button(c) for c in fitting(items) if not c.name.startswith(ELSEWHERE)]
-    return facts.wrap(f'<div class="cmds">{"".join(faces)}</div>')
+    return markup.wrap(f'<div class="cmds">{"".join(faces)}</div>')

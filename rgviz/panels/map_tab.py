@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rgcore.errors import EditError, RgError
 from rgcore.exports.formats import FORMATS
-from rgviz import facts
+from rgviz import markup, overview
 from rgviz.layers import LAYERS
 from rgviz.panels.parts import command_button, command_named, press
 from rgviz.panels.plans import Plans
@@ -43,7 +43,7 @@ class MapTab(Tab):
         gui = self.parts.gui
         faces = "".join(press("look", name, title, "cmd") for name, title in VIEWS)
         self.parts.html(
-            lambda: facts.wrap(f'<div class="cmds">{faces}{command_button(command_named("dark"), "Dark")}</div>')
+            lambda: markup.wrap(f'<div class="cmds">{faces}{command_button(command_named("dark"), "Dark")}</div>')
         )
         with self.parts.add(gui.add_folder("Layers")):
             self.parts.html(lambda: layer_rows(self.shown, self.strength))
@@ -53,7 +53,7 @@ class MapTab(Tab):
             self.parts.html(lambda: self.view.app.legend(self.view.map))
         if self.view.app.session is not None:
             with self.parts.add(gui.add_folder("Download")):
-                self.parts.html(lambda: facts.downloads(self.view.app.title, ENDINGS, self._last, self._lost))
+                self.parts.html(lambda: overview.downloads(self.view.app.title, ENDINGS, self._last, self._lost))
 
     def refresh(self) -> None:
         super().refresh()
@@ -129,4 +129,4 @@ def layer_rows(shown: Mapping[str, bool], strength: Mapping[str, float]) -> str:
             f'{title}</label><input type="range" min="5" max="100" step="5" value="{percent}" data-do="strength" '
             f'data-arg="{layer.name}" aria-label="{title} opacity" title="opacity"></div>'
         )
-    return facts.wrap(rows)
+    return markup.wrap(rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from rgcore.errors import EditError
-from rgviz import facts
+from rgviz import markup, overview
 from rgviz.commands import BY_NAME, spoken
 from rgviz.panels.find_tab import FindTab
 from rgviz.panels.history_tab import HistoryTab
@@ -74,7 +74,7 @@ class Panels:
             button.label = f"{BY_NAME[name].title}: {title}" if title else f"{BY_NAME[name].title} ({key})"
             button.disabled = title is None or self.view.read_only
             button.visible = app.session is not None and not self.view.guest
-        set_html(self._status, app.status_html() + (facts.guest() if self.view.guest else ""))
+        set_html(self._status, app.status_html() + (overview.guest() if self.view.guest else ""))
         set_html(self._tools, "" if self.view.read_only else self._toolbar())
         if self._ready != (app.session is not None):
             self._ready = app.session is not None
@@ -144,7 +144,7 @@ class Panels:
 
     def _toolbar(self) -> str:
         faces = "".join(command_button(BY_NAME[n], title) for n, title in TOOLS.items())
-        return facts.wrap(
+        return markup.wrap(
             f'<details class="tools" open><summary>Tools</summary><div class="cmds">{faces}</div></details>'
         )
 

@@ -14,7 +14,7 @@ from rgcore.model.backdrops import laid, title
 from rgcore.model.edits import AlignBackdrop, DeleteBackdrop
 from rgcore.model.records import Backdrop, RGMap
 from rgcore.scans.backdrop import LARGEST
-from rgviz import facts
+from rgviz import markup
 from rgviz.panels.parts import Parts, number_of, press
 from rgviz.panels.tab import Doer
 from rgviz.tools.aligning import AlignTool
@@ -152,4 +152,4 @@ def rows(map_: RGMap, chosen: str | None, read_only: bool, faults: Mapping[str, 
                 "plan-align", plan.id, "Align by points", "cmd", "a point of the plan, where it belongs; twice"
             )
             out += f'<div class="cmds">{align}{away}</div>'
-    return facts.wrap(out or '<p class="muted">A png, jpg or DXF of the building, to compare the map with.</p>')
+    return markup.wrap(out or '<p class="muted">A png, jpg or DXF of the building, to compare the map with.</p>')

@@ -10,7 +10,7 @@ from rgcore.model.doubt import Doubt
 from rgcore.model.edits import HeedFinding, IgnoreFinding
 from rgcore.model.lint import Finding
 from rgcore.model.records import RGMap
-from rgviz import facts, theme
+from rgviz import markup, theme
 from rgviz.panels.parts import command_button, command_named, press
 from rgviz.panels.tab import Doer, Tab
 from rgviz.picking import KINDS
@@ -75,7 +75,7 @@ def progress(map_: RGMap) -> str:
     done = sum(i.provenance.confirmed for i in items)
     share = 100 * done / len(items) if items else 0.0
     keys = "".join(command_button(command_named(n), title) for n, title in VERDICTS.items())
-    return facts.wrap(
+    return markup.wrap(
         f'<div class="rg-h">{done} of {len(items)}<small>regions, gateways, objects confirmed</small></div>'
         f'<div class="bar"><i style="width:{share:.1f}%;background:{theme.css(theme.BRAND)}"></i></div>'
         f'<div class="cmds">{keys}</div>'
@@ -90,7 +90,7 @@ def work(map_: RGMap, doubts: Sequence[Doubt], chosen: frozenset[str] = frozense
         face = f"{bar}<b>{escape(called(map_, d.item))}</b><small>{escape('; '.join(d.reasons))}</small>"
         rows += press("see", d.item, face, "row on" if d.item in chosen else "row", f"doubt {d.score:.2f}")
     more = f'<p class="muted">and {len(doubts) - MOST:,} more</p>' if len(doubts) > MOST else ""
-    return facts.wrap((rows + more) or '<p class="muted">Nothing left to check.</p>')
+    return markup.wrap((rows + more) or '<p class="muted">Nothing left to check.</p>')
 
 
 def findings(map_: RGMap, found: Sequence[Finding], editable: bool) -> str:
@@ -107,7 +107,7 @@ def findings(map_: RGMap, found: Sequence[Finding], editable: bool) -> str:
         ignored += _finding(f'<span class="muted">{escape(i.code)}: {escape(", ".join(i.items))}</span>', back)
     if ignored:
         ignored = f"<details><summary>{len(map_.ignored)} ignored</summary>{ignored}</details>"
-    return facts.wrap((rows + more or '<p class="muted">Nothing looks wrong.</p>') + ignored)
+    return markup.wrap((rows + more or '<p class="muted">Nothing looks wrong.</p>') + ignored)
 
 
 def _finding(face: str, buttons: str) -> str:
@@ -119,9 +119,9 @@ def notes(map_: RGMap) -> str:
     rows = ""
     for n in list(map_.notes.values())[:MOST]:
         about = f"on {called(map_, n.item)}" if n.item else "at a place"
-        by = f" · {facts.when(n.provenance.at)}" if n.provenance.at else ""
+        by = f" · {markup.when(n.provenance.at)}" if n.provenance.at else ""
         rows += press("see", n.id, f"<b>{escape(n.text)}</b><small>{escape(about + by)}</small>", "row")
-    return facts.wrap(rows or f'<p class="muted">None yet. {command_named("note").keys[0]} writes one.</p>')
+    return markup.wrap(rows or f'<p class="muted">None yet. {command_named("note").keys[0]} writes one.</p>')
 
 
 def called(map_: RGMap, id: str) -> str:

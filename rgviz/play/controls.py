@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rgcore.errors import EditError
 from rgviz import theme
-from rgviz.facts import wrap
+from rgviz.markup import wrap
 from rgviz.play.player import SPEEDS, Player
 from rgviz.play.tape import clock, words
 

@@ -16,8 +16,8 @@ from rgcore.scans.bags import USUAL, Topics
 from rgviz import status
 from rgviz.again.settings import config_of
 from rgviz.demo import LOG as DEMO
-from rgviz.facts import wrap
 from rgviz.jobs import Finished, Report
+from rgviz.markup import wrap
 from rgviz.play.child import Mapped, Message, Opening, Picture, PlayJob
 from rgviz.play.controls import Controls, told
 from rgviz.play.player import SPEEDS, Player, Speed

@@ -9,7 +9,7 @@ from office_map import office_map
 
 from rgcore.model.edits import ClassifyRegion, LabelObject, RenameGateway, RenameRegion
 from rgcore.model.records import Provenance, RGMap, replace
-from rgviz import facts, status
+from rgviz import facts, overview, status
 from rgviz.jobs import Report
 from rgviz.picking import Item
 
@@ -86,7 +86,7 @@ def test_everything_foreign_is_escaped() -> None:
     m = replace(m, source=replace(m.source, log=HOSTILE))
     kinds = (("region", "r4"), ("gateway", "g3"), ("object", "o2"), ("line", "l2"))
     pages = [facts.item(m, Item(k, i)) for k, i in kinds]  # type: ignore[arg-type]
-    pages += [facts.overview(m, HOSTILE), facts.legend(m), facts.downloads(HOSTILE, {".json": HOSTILE})]
+    pages += [overview.overview(m, HOSTILE), overview.legend(m), overview.downloads(HOSTILE, {".json": HOSTILE})]
     pages += [status.failed(HOSTILE), status.waiting(HOSTILE, status.Pace())]
     for page in pages:
         assert "img" not in Words(page).tags
@@ -94,11 +94,11 @@ def test_everything_foreign_is_escaped() -> None:
 
 
 def test_legend_counts_by_class() -> None:
-    text = " ".join(Words(facts.legend(MAP)).text.split())
+    text = " ".join(Words(overview.legend(MAP)).text.split())
     assert "TOMA room with two main axes 6" in text
     assert "narrow passage 8" in text
     assert "T-junction 1" in text
-    assert Words(facts.legend(RGMap())).text.strip() == ""
+    assert Words(overview.legend(RGMap())).text.strip() == ""
 
 
 def test_progress_tells_stage_share_and_pace(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,7 @@ from rgcore.lines.adaptation import Adaptation, Curve
 from rgcore.model.folder import KeptSegments
 from rgcore.model.records import replace
 from rgcore.slam.trajectory import Trajectory
-from rgviz import facts, plots
+from rgviz import facts, overview, plots
 from rgviz.figures import Figures
 
 MAP = office_map(4, 1, 2)
@@ -94,8 +94,8 @@ def test_the_inspector_shows_them() -> None:
     assert "Not predicted" in told
     assert facts.region_plots(MAP, MAP.regions["r4"], f).count("<svg") == 2
     assert facts.region_plots(MAP, replace(MAP.regions["r4"], id="ru1"), None) == ""
-    assert facts.overview(MAP, "office", f).count("<svg") == 1
-    assert "<svg" not in facts.overview(MAP, "office")
+    assert overview.overview(MAP, "office", f).count("<svg") == 1
+    assert "<svg" not in overview.overview(MAP, "office")
 
 
 def test_plots_take_their_colours_from_the_page() -> None:
