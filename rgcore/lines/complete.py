@@ -80,7 +80,7 @@ def complete_lines(
     center = ends.mean((0, 1))
     region = np.append(home[there], -1)[line_of]
     out, line_of = describe(found[there] - center, line_of, ends - center, center, members.scan, region)
-    out = replace(out, covariance=line_covariance(out.ends, line_of, members, trajectory))
+    out = replace(out, covariance=line_covariance(out.ends, line_of, members, trajectory, log.surveyed))
     return out, line_of[order.argsort()[: len(segments)]]
 
 

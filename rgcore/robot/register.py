@@ -78,12 +78,12 @@ def fit(seen: View, lines: LineMap, pose: np.ndarray, tolerance: float) -> Fit:
 
 
 @kernel
-def register(seen, lines, visible, first, prior, noise, line_noise, reach):  # type: ignore[no-untyped-def]
+def register(seen, lines, visible, first, prior, noise, line_variance, reach):  # type: ignore[no-untyped-def]
     """Where a View fits on the lines that are ``visible`` (L,), from ``first`` (3,) of information ``prior`` (3, 3) on.
 
     Returns the pose (3,) and its information (3, 3). ``noise`` [m] is the deviation of an echo from its line,
-    ``line_noise`` [m] that of a line from its wall, ``reach`` [m] how far off the first pose may be. Where the scan
-    does not constrain a direction the first pose stands.
+    ``line_variance`` (L,) [m2] is that of a line off its wall, ``reach`` [m] how far off the first pose may be. Where
+    the scan does not constrain a direction the first pose stands.
     """
     pose, off = first.copy(), np.zeros(3)
     partner, count = np.empty(len(seen.points), np.int64), np.zeros(len(lines.start))
@@ -109,7 +109,7 @@ def register(seen, lines, visible, first, prior, noise, line_noise, reach):  # t
             e = nx * (lines.start[j, 0] - rx - pose[0]) + ny * (lines.start[j, 1] - ry - pose[1])
             turn = ny * rx - nx * ry
             w = 1.0 / (1.0 + (e / (3.0 * wide)) ** 2)
-            w = w * w / (noise * noise + count[j] * line_noise * line_noise)
+            w = w * w / (noise * noise + count[j] * line_variance[j])
             a[0, 0] += w * nx * nx
             a[0, 1] += w * nx * ny
             a[1, 1] += w * ny * ny

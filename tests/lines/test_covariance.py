@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from walls import driven, normalized
 
+from rgcore import pipeline
 from rgcore.config import Config
 from rgcore.geometry import segments as geometry
 from rgcore.geometry.raycast import cast
@@ -87,7 +89,7 @@ def test_errors_are_as_large_as_the_covariance_says(case: tuple[float, float, fl
     assert len(z) >= 40
     assert np.sqrt((z**2).mean(0)) == pytest.approx(0.9, abs=0.3)
     assert (np.abs(z) < 3).mean() > 0.97
-    drawn = errors(lines.ends, world)[good] / np.sqrt(line_covariance(*parts)[good][:, [0, 2]])
+    drawn = errors(lines.ends, world)[good] / np.sqrt(line_covariance(*parts, surveyed=True)[good][:, [0, 2]])
     assert np.median(np.abs(drawn)) < 1.0
     assert (np.abs(drawn) < 3).mean() > 0.97
 
@@ -105,3 +107,19 @@ def test_lines_without_segments_have_no_covariance() -> None:
     none = line_covariance(world, np.full(len(segments), -1), segments, trajectory)
     assert none.shape == (len(world), 3)
     assert not none.any()
+
+
+def test_lines_of_the_mappers_own_poses_are_as_sure_as_they_say() -> None:
+    robot = driven()
+    run = pipeline.run(robot.log)
+    z = normalized(robot, run.lines, run.trajectory)
+    assert len(z) > 25
+    assert np.sqrt((z**2).mean()) == pytest.approx(1.0, abs=0.2)
+    assert (np.abs(z) < 3).mean() > 0.95
+
+
+def test_poses_that_are_known_bend_nothing() -> None:
+    segments, trajectory, _ = drive(*CASES["true poses"])
+    _, _, _, parts = settled(segments, trajectory)
+    surveyed, estimated = line_covariance(*parts, surveyed=True), line_covariance(*parts)
+    assert (surveyed[:, [0, 2]] < estimated[:, [0, 2]]).all()

@@ -6,11 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rgcore.geometry import se2
 from rgcore.geometry import segments as geometry
 from rgcore.geometry.raycast import cast
+from rgcore.lines.merge import Lines
 from rgcore.scans.floor import FACE, build_floor
 from rgcore.scans.plan import Door, Furniture, Plan, Room
-from rgcore.scans.simulate import Simulated, Simulation, simulate
+from rgcore.scans.simulate import Laser, Simulated, Simulation, simulate
+from rgcore.slam.trajectory import Trajectory
 
 STEP = 0.05  # m between the points of a wall
 OFFSET, TURN = 0.02, np.deg2rad(0.5)  # a line farther off or turned more is not that wall
@@ -44,8 +47,34 @@ def furnished(wall: float = 0.1) -> Plan:
     return Plan("furnished", (1.0, 1.0, 0.0), tuple(rooms), wall, tuple(doors), (), tuple(things))
 
 
-def driven(seed: int = 0) -> Simulated:
-    return simulate(build_floor(furnished(), "furnished"), Simulation(seed=seed))
+def driven(seed: int = 0, noise: float = 0.012) -> Simulated:
+    """``noise`` [m] of the ranges."""
+    return simulate(build_floor(furnished(), "furnished"), Simulation(seed=seed, laser=Laser(noise=noise)))
+
+
+def normalized(s: Simulated, lines: Lines, way: Trajectory | None = None) -> np.ndarray:
+    """(K, 2) errors of the long lines on walls by what their covariance says: across and of the direction.
+
+    ``way``: the poses of the mapper. The frame of its map is laid on that of the plan by the means of these.
+    """
+    ends = lines.ends
+    if way is not None:
+        turn = np.median(se2.wrap(s.map_from_base[:, 2] - way.map_from_base[:, 2]))
+        middle = way.map_from_base[:, :2].mean(0)
+        spun = se2.transform(np.array([0.0, 0.0, turn]), ends.reshape(-1, 2) - middle)
+        ends = (spun + s.map_from_base[:, :2].mean(0)).reshape(ends.shape)
+    walls = s.floor.segments[s.floor.kind == FACE]
+    d, along = walls[:, 1] - walls[:, 0], ends[:, 1] - ends[:, 0]
+    length = np.hypot(*d.T)
+    u = d / length[:, None]
+    to = ends.mean(1)[:, None] - walls[:, 0]
+    off, at = u[:, 0] * to[..., 1] - u[:, 1] * to[..., 0], (to * u).sum(-1)
+    turn = np.arctan2(u[:, 0] * along[:, 1:] - u[:, 1] * along[:, :1], along @ u.T)
+    away = np.where((np.abs(turn) < 0.1) & (at > 0) & (at < length), np.abs(off), np.inf)
+    row, wall = np.arange(len(ends)), away.argmin(1)
+    good = (geometry.lengths(ends) > 0.5) & (away.min(1) < FALSE) & (lines.support >= 10)
+    errors = np.column_stack([off[row, wall], turn[row, wall]])
+    return (errors / np.sqrt(np.maximum(lines.covariance[:, [0, 2]], 1e-12)))[good]
 
 
 def judge(lines: np.ndarray, s: Simulated) -> Walls:
