@@ -25,6 +25,8 @@ LARGEST = 32 << 20
 """bytes of a file: a large scanned plan, or the drawing of a floor"""
 MOST_PIXELS = 80_000_000
 """of an image: a sheet of A0 at 200 dpi has 62 million"""
+LONGEST = 30_000
+"""pixels of its longer side: thinning a row of many millions takes gigabytes"""
 SHARPEST = 3072
 """pixels of its longer side that are shown: a centimetre in 30 m, and every graphics card takes it as one texture"""
 MOST_STROKES = 150_000
@@ -100,8 +102,9 @@ def _picture(data: bytes, name: str, form: Form) -> Picture:
     width, height = image_size(data)
     if not width or not height:
         raise InputError(name, f"a damaged {form}; save it anew")
-    if width * height > MOST_PIXELS:
-        raise InputError(name, f"{width} x {height} pixels; at most {MOST_PIXELS // 10**6} million: save it smaller")
+    if width * height > MOST_PIXELS or max(width, height) > LONGEST:
+        most = f"at most {MOST_PIXELS // 10**6} million, {LONGEST:,} in a row"
+        raise InputError(name, f"{width} x {height} pixels; {most}: save it smaller")
     try:
         pixels = cv2.imdecode(
             np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED if form == "png" else cv2.IMREAD_COLOR

@@ -113,6 +113,7 @@ def jpg(width: int, height: int) -> bytes:
         (png(100_000, 100_000), f"100000 x 100000 pixels; at most {MOST_PIXELS // 10**6} million"),
         (jpg(60_000, 60_000), "60000 x 60000 pixels"),
         (png(0, 10), "a damaged png"),
+        (png(70_000_000, 1), "30,000 in a row"),
         (b"0\nSECTION\n2\nENTITIES\n0\nENDSEC\n0\nEOF\n", "holds no lines in its model space"),
         (drawing()[:5000], r"holds no lines|no DXF that can be read"),
         (bytes(backdrop.LARGEST + 1), "is larger than 32 MB; save it smaller"),
