@@ -42,8 +42,9 @@ from rgviz.jobs import Finished, MappingJob, Report
 from rgviz.labels import labels
 from rgviz.page import furnish
 from rgviz.picking import Picker
-from rgviz.play.playback import Playback, Source
+from rgviz.play.playback import Playback
 from rgviz.play.player import Speed
+from rgviz.play.source import Source
 from rgviz.scene import Scene
 from rgviz.server import close_server, open_server, patched_page
 from rgviz.session import Latest, Session, Worker

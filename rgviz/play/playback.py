@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import threading
 import time
-from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rgcore.config import Config
 from rgcore.model.project import Project
-from rgcore.scans.bags import USUAL, Topics
 from rgviz import status
-from rgviz.again.settings import config_of
-from rgviz.demo import LOG as DEMO
 from rgviz.jobs import Finished, Report
 from rgviz.markup import wrap
 from rgviz.play.child import Mapped, Message, Opening, Picture, PlayJob
 from rgviz.play.controls import Controls, told
 from rgviz.play.player import SPEEDS, Player, Speed
+from rgviz.play.source import Source, find_log
 from rgviz.play.stage import Stage, map_so_far, names_in
 from rgviz.play.tape import Tape
 
@@ -33,17 +28,6 @@ BEAT, REST = 0.2, 0.05
 """s between two moments that are shown, and at least so much rest for everybody else between them"""
 PICTURE_EVERY, PICTURE_SOUGHT = 1.0, 0.25
 """s between two pictures of the map that are sent, while it plays, and while a hand seeks"""
-
-
-@dataclass(frozen=True)
-class Source:
-    """A log that can be played. ``project`` is to be made of it; None where that is there, made from ``sha256``."""
-
-    log: Path
-    project: Path | None
-    config: Config
-    topics: Topics = USUAL
-    sha256: str | None = None
 
 
 class Playback:
@@ -311,20 +295,3 @@ class Playback:
 
 
 EMPTY = Picture(-1, 0, np.zeros((0, 2), np.float32), np.zeros((0, 2), np.float32), (), ())
-
-
-def find_log(project: Project, given: Source | None) -> tuple[Source | None, str]:
-    """The log of a project: the one that was ``given``, or a file of its name beside the project or where we are.
-
-    Whether it is that very log shows when it is read. Without one, a sentence says how to give it.
-    """
-    name, sha256 = project.run_info.log, project.run_info.sha256
-    config = config_of(project.run_info)
-    if given is not None:
-        return replace(given, project=None, config=config, sha256=sha256), ""
-    places = (project.path.parent / name, Path(name), *([DEMO] if name == DEMO.name else []))
-    log = next((p for p in places if name and p.exists()), None)
-    if log is not None:
-        return Source(log, None, config, USUAL, sha256), ""
-    why = f"Its log {name or ''} is not here. To play it: rgviz play LOG -o {project.path.name}"
-    return None, why

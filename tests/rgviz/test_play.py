@@ -26,8 +26,8 @@ from rgviz.app import App
 from rgviz.jobs import Finished, Report
 from rgviz.mapping import map_into
 from rgviz.play.child import Mapped, Opening, Picture, PlayJob, centimetres, thinned
-from rgviz.play.playback import find_log
 from rgviz.play.player import REPLAY, SPEEDS, Player
+from rgviz.play.source import find_log
 from rgviz.play.stage import map_so_far
 from rgviz.play.tape import LONGEST, MOST_PICTURES, NOMINAL, Tape, clock, timeline, words
 
