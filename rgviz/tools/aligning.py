@@ -6,9 +6,17 @@ from dataclasses import dataclass
 
 import msgspec
 
+from rgcore.model.backdrops import corners
 from rgcore.model.edits_backdrops import aligned
 from rgcore.model.records import Point, RGMap
 from rgviz.tools.tool import Hand, Handle, Sketch, Stroke, Tool, Turn, changed, metres, short, tried
+
+SAYS = (
+    "Click a point of the plan, such as a corner of the building.",
+    "Click where that point belongs; it catches the ends of walls.",
+    "Click a second point of the plan, far from the first. Enter: shift only.",
+    "Click where the second point belongs.",
+)
 
 
 @dataclass(frozen=True)
@@ -30,10 +38,8 @@ class AlignTool(Tool):
 
     def finish(self, map_: RGMap) -> Turn:
         """With one pair the plan is shifted, with two it is turned and scaled as well."""
-        pairs = list(zip(self.points[::2], self.points[1::2], strict=False))
-        if not pairs:
-            return Turn(self)
-        return Turn(None, aligned(map_, self.backdrop, pairs))
+        pairs = _pairs(self.points)
+        return Turn(None, aligned(map_, self.backdrop, pairs)) if pairs else Turn(self)
 
     def back(self, map_: RGMap) -> Turn | None:
         return Turn(changed(self, points=self.points[:-1]))
@@ -45,20 +51,23 @@ class AlignTool(Tool):
         return self if self.backdrop in map_.backdrops else None
 
     def sketch(self, map_: RGMap) -> Sketch:
-        path = self.points if self.tip is None else (*self.points, self.tip)
-        arrows = tuple(Stroke((a, b), "good", text=metres(a, b)) for a, b in zip(path[::2], path[1::2], strict=False))
+        """Arrows from the plan to where it belongs, and where the sheet would lie."""
+        pairs = _pairs(self.points if self.tip is None else (*self.points, self.tip))
+        strokes = [Stroke(pair, "good", text=metres(*pair)) for pair in pairs]
+        wrong = ""
+        if pairs:
+            edit, wrong = tried(map_, lambda: aligned(map_, self.backdrop, pairs))
+            if edit is not None:
+                sheet = corners(edit.apply(map_).backdrops[self.backdrop]).tolist()
+                strokes.append(Stroke(tuple(short((x, y)) for x, y in sheet), "other", closed=True))
         marks = tuple(Handle(f"m{i}", x, y, "corner" if i % 2 else "end") for i, (x, y) in enumerate(self.points))
-        says = (
-            "Click a point of the plan, such as a corner of the building.",
-            "Click where that point belongs; it catches the ends of walls.",
-            "Click a second point of the plan, far from the first. Enter: shift only.",
-            "Click where the second point belongs.",
-        )
-        refused = tried(map_, lambda: aligned(map_, self.backdrop, [*zip(path[::2], path[1::2], strict=False)]))[1]
-        wrong = refused if len(path) == 4 else ""
-        shown = self.shown(strokes=arrows, marks=marks, note=wrong, refused=bool(wrong))
-        return msgspec.structs.replace(shown, hint=says[min(len(self.points), 3)])
+        shown = self.shown(strokes=tuple(strokes), marks=marks, note=wrong, refused=bool(wrong))
+        return msgspec.structs.replace(shown, hint=SAYS[min(len(self.points), 3)])
 
     def _at(self, map_: RGMap, hand: Hand) -> Point:
         """A point of the plan is where it is; where it belongs may be the end of a wall."""
         return hand.caught(map_) if len(self.points) % 2 else short(hand.at)
+
+
+def _pairs(points: tuple[Point, ...]) -> list[tuple[Point, Point]]:
+    return list(zip(points[::2], points[1::2], strict=False))
