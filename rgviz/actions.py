@@ -6,30 +6,9 @@ from collections.abc import Callable, Sequence
 
 from rgcore.errors import EditError
 from rgcore.model import draft
+from rgcore.model import edits as e
 from rgcore.model.edit import several
-from rgcore.model.edits import (
-    ClassifyGateway,
-    ClassifyRegion,
-    Confirm,
-    ConfirmObject,
-    DeleteGateway,
-    DeleteLines,
-    DeleteNote,
-    DeleteObject,
-    DeleteRegion,
-    Edit,
-    JoinLines,
-    LabelObject,
-    MarkClutter,
-    MergeRegions,
-    RejectObject,
-    RenameGateway,
-    RenameRegion,
-    RevertToAutomatic,
-    Several,
-    Unconfirm,
-    WriteNote,
-)
+from rgcore.model.edits import Edit
 from rgcore.model.records import GATEWAY_CLASSES, REGION_CLASSES, RGMap
 from rgviz.picking import Item
 from rgviz.selecting import Items, ids_of, record
@@ -42,7 +21,7 @@ def as_one(name: str, edits: Sequence[Edit]) -> Edit:
     """Several edits as one undo step of this name; a single one as it is. Raises EditError if there is none."""
     if not edits:
         raise EditError("there is nothing to do")
-    return edits[0] if len(edits) == 1 else Several(name=name[:80], edits=tuple(edits))  # type: ignore[arg-type]
+    return edits[0] if len(edits) == 1 else e.Several(name=name[:80], edits=tuple(edits))  # type: ignore[arg-type]
 
 
 def relabel(items: Items, class_: str) -> Edit:
@@ -62,9 +41,9 @@ def relabel_by_digit(items: Items, digit: int) -> Edit:
 
 def _classify(item: Item, class_: str) -> Edit:
     if item.kind == "region":
-        return ClassifyRegion(region=item.id, class_=class_)
+        return e.ClassifyRegion(region=item.id, class_=class_)
     if item.kind == "gateway":
-        return ClassifyGateway(gateway=item.id, class_=class_)
+        return e.ClassifyGateway(gateway=item.id, class_=class_)
     raise EditError("only regions and gateways have a class; select one first")
 
 
@@ -72,39 +51,39 @@ def rename(item: Item, name: str) -> Edit:
     """A region, gateway or object gets a name, a note its text. Raises EditError for lines."""
     name = " ".join(name.split())
     if item.kind == "region":
-        return RenameRegion(region=item.id, name=name)
+        return e.RenameRegion(region=item.id, name=name)
     if item.kind == "gateway":
-        return RenameGateway(gateway=item.id, name=name)
+        return e.RenameGateway(gateway=item.id, name=name)
     if item.kind == "object":
-        return LabelObject(object=item.id, label=name)
+        return e.LabelObject(object=item.id, label=name)
     if item.kind == "note":
-        return WriteNote(note=item.id, text=name)
+        return e.WriteNote(note=item.id, text=name)
     raise EditError("a line has no name")
 
 
 def delete(map_: RGMap, items: Items) -> Edit:
     """Anything goes; the mapper's own guess at an object is rejected rather than deleted."""
     one_by_one: dict[str, Callable[[str], Edit]] = {
-        "region": lambda id: DeleteRegion(region=id),
-        "gateway": lambda id: DeleteGateway(gateway=id),
-        "note": lambda id: DeleteNote(note=id),
+        "region": lambda id: e.DeleteRegion(region=id),
+        "gateway": lambda id: e.DeleteGateway(gateway=id),
+        "note": lambda id: e.DeleteNote(note=id),
         "object": lambda id: (
-            RejectObject(object=id) if map_.objects[id].provenance.source == "auto" else DeleteObject(object=id)
+            e.RejectObject(object=id) if map_.objects[id].provenance.source == "auto" else e.DeleteObject(object=id)
         ),
     }
     lines = ids_of(items, "line")
-    edits: list[Edit] = [DeleteLines(lines=lines[n : n + MOST]) for n in range(0, len(lines), MOST)]
+    edits: list[Edit] = [e.DeleteLines(lines=lines[n : n + MOST]) for n in range(0, len(lines), MOST)]
     return as_one(f"delete {count(items)}", edits + [one_by_one[i.kind](i.id) for i in items if i.kind != "line"])
 
 
 def merge(items: Items) -> Edit:
     """Regions become the one that was selected first."""
-    return MergeRegions(regions=_only(items, "region", 2, "Select two regions or more that lie side by side."))
+    return e.MergeRegions(regions=_only(items, "region", 2, "Select two regions or more that lie side by side."))
 
 
 def join(items: Items) -> Edit:
     """Pieces of a wall become the line that was selected first."""
-    return JoinLines(lines=_only(items, "line", 2, "Select two lines or more of one wall."))
+    return e.JoinLines(lines=_only(items, "line", 2, "Select two lines or more of one wall."))
 
 
 def align(map_: RGMap, items: Items) -> Edit:
@@ -115,7 +94,7 @@ def align(map_: RGMap, items: Items) -> Edit:
 def clutter(map_: RGMap, items: Items) -> Edit:
     """Lines are things and no walls; walls again if all of them are things already."""
     lines = _only(items, "line", 1, "Select lines first.")
-    return MarkClutter(lines=lines, clutter=not all(map_.lines[id].clutter for id in lines))
+    return e.MarkClutter(lines=lines, clutter=not all(map_.lines[id].clutter for id in lines))
 
 
 def box(map_: RGMap, items: Items, height: float) -> Edit:
@@ -127,15 +106,15 @@ def box(map_: RGMap, items: Items, height: float) -> Edit:
 def confirm(items: Items) -> Edit:
     """Items were looked at and are right; an object is there for sure."""
     rest = tuple(i.id for i in items if i.kind not in ("object", "note"))
-    edits: list[Edit] = [ConfirmObject(object=id) for id in ids_of(items, "object")]
+    edits: list[Edit] = [e.ConfirmObject(object=id) for id in ids_of(items, "object")]
     if not edits and not rest:
         raise EditError("a note is not confirmed; delete it when it is settled")
-    return as_one(f"confirm {count(items)}", [*([Confirm(items=rest)] if rest else []), *edits])
+    return as_one(f"confirm {count(items)}", [*([e.Confirm(items=rest)] if rest else []), *edits])
 
 
 def unconfirm(items: Items) -> Edit:
     """Items are to be checked again."""
-    return Unconfirm(items=tuple(i.id for i in items))
+    return e.Unconfirm(items=tuple(i.id for i in items))
 
 
 def revert(map_: RGMap, items: Items) -> Edit:
@@ -144,12 +123,12 @@ def revert(map_: RGMap, items: Items) -> Edit:
     chosen = touched if len(items) > 1 else list(items)
     if not chosen:
         raise EditError("all of these are as the mapper made them, or made by a person")
-    return as_one(f"revert {count(tuple(chosen))} to automatic", [RevertToAutomatic(item=i.id) for i in chosen])
+    return as_one(f"revert {count(tuple(chosen))} to automatic", [e.RevertToAutomatic(item=i.id) for i in chosen])
 
 
 def restore(ids: Sequence[str]) -> Edit:
     """Things of the automatic map that were taken away stand again as the mapper made them."""
-    return as_one(f"bring back {several(ids, 'items')}", [RevertToAutomatic(item=id) for id in ids])
+    return as_one(f"bring back {several(ids, 'items')}", [e.RevertToAutomatic(item=id) for id in ids])
 
 
 def count(items: Items) -> str:

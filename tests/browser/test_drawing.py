@@ -189,9 +189,19 @@ def test_a_floor_is_reviewed_by_keys(shared: App, page: Pilot) -> None:
     page.key("c")
     page.until(lambda: _provenance(shared, first).confirmed)
     page.until(lambda: any(v.selection and v.selection[0].id != first for v in shared.views.values()))
+    second = next(v.selection[0].id for v in shared.views.values() if v.selection)
+    page.key("Shift+Delete")
+    page.until(lambda: not _there(shared, second))
+    page.until(lambda: any(v.selection and v.selection[0].id not in (first, second) for v in shared.views.values()))
+    page.key("Control+z")
+    page.until(lambda: _there(shared, second))
     page.key("u")
     page.key("Shift+U")
     page.see(re.compile("to check"))
+
+
+def _there(app: App, id: str) -> bool:
+    return any(id in getattr(app.map, kind) for kind in ("regions", "gateways", "lines", "objects"))
 
 
 def test_a_note_is_written_on_the_map(shared: App, page: Pilot) -> None:

@@ -46,6 +46,11 @@ def test_line_gateway_and_object_numbers() -> None:
     assert "5.00 m" in line
     assert "25 segments" in line
     assert "11.0 mm" in line
+    assert "Uncertainty unknown" in line
+    sure = replace(MAP, lines={"l2": replace(MAP.lines["l2"], support=1, deviation=(0.0042, 0.0021))})
+    told = Words(facts.item(sure, Item("line", "l2"))).text
+    assert "± 4.2 mm across, ± 0.12°" in told
+    assert "1 segment " in told
     gateway = Words(facts.item(MAP, Item("gateway", "g3"))).text
     assert "0.90 m" in gateway
     assert "r2" in gateway
