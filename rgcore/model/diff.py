@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -17,14 +17,13 @@ from rgcore.errors import RgError
 from rgcore.geometry import cutting, se2
 from rgcore.model.align import align
 from rgcore.model.assemble import NAMES
+from rgcore.model.difference import Difference, What, made, mean, point
 from rgcore.model.drift import Drift
 from rgcore.model.effect import LEAST, OFF, SHAPE, SIGMAS, deviation
 from rgcore.model.identify import TABLES, Matcher, Move, beside, common_spans
 from rgcore.model.records import Gateway, Line, Point, Region, RGMap, rounded
 from rgcore.slam.trajectory import Trajectory
 
-What = Literal["added", "removed", "split", "merged", "reclassed", "renamed", "reshaped", "moved", "opened", "closed"]
-ADDED, REMOVED = ("added", "opened"), ("removed", "closed")
 WALL = 0.19
 """m: a wall that has another one of its direction so near is there still; one farther off is not recognised either"""
 PIECE = 0.4
@@ -35,29 +34,6 @@ PART = 0.6
 """share of a region that must lie in another one to be a part of it"""
 LEAST_FIT = 0.3
 """share of walls that must lie on one another before two maps are taken for the same building"""
-
-
-class Difference(msgspec.Struct, frozen=True, kw_only=True):
-    """One difference.
-
-    old, new  ids in either map; place: [m] in the frame of the new one, as are pieces
-    amount    metres, or the share that is alike (reshaped regions)
-    pieces    the stretches of a wall that are added or removed
-    """
-
-    kind: str
-    what: What
-    old: tuple[str, ...] = ()
-    new: tuple[str, ...] = ()
-    place: Point
-    amount: float | None = None
-    text: str
-    pieces: tuple[tuple[Point, Point], ...] = ()
-
-    @property
-    def colour(self) -> Literal["green", "red", "amber"]:
-        """How a view shows it: green what came, red what went, amber what changed."""
-        return "green" if self.what in ADDED else "red" if self.what in REMOVED else "amber"
 
 
 class Diff(msgspec.Struct, frozen=True, kw_only=True):
@@ -169,24 +145,22 @@ class _Work:
     def gateways(self) -> Iterator[Difference]:
         for g in self._gone("gateways"):
             place = self._middle(g)
-            yield _made("gateways", "closed", place, (g,), (), f"{g.id} ({g.class_}, {g.width:.2f} m)", g.width)
+            yield made("gateways", "closed", place, (g,), (), f"{g.id} ({g.class_}, {g.width:.2f} m)", g.width)
         for g in self._come("gateways"):
-            place = _mean(g.posts)
-            yield _made("gateways", "opened", place, (), (g,), f"{g.id} ({g.class_}, {g.width:.2f} m)", g.width)
+            place = mean(g.posts)
+            yield made("gateways", "opened", place, (), (g,), f"{g.id} ({g.class_}, {g.width:.2f} m)", g.width)
         for a, b in self._pairs("gateways"):
-            off = math.dist(self._middle(a), _mean(b.posts))
+            off = math.dist(self._middle(a), mean(b.posts))
             if a.class_ != b.class_:
-                yield _made(
-                    "gateways", "reclassed", _mean(b.posts), (a,), (b,), f"{b.id}: {a.class_} is {b.class_} now"
-                )
+                yield made("gateways", "reclassed", mean(b.posts), (a,), (b,), f"{b.id}: {a.class_} is {b.class_} now")
             if a.name != b.name:
                 text = f"{b.id}: {a.name or 'without a name'} is called {b.name or 'nothing'} now"
-                yield _made("gateways", "renamed", _mean(b.posts), (a,), (b,), text)
+                yield made("gateways", "renamed", mean(b.posts), (a,), (b,), text)
             if off > DOOR:
-                yield _made("gateways", "moved", _mean(b.posts), (a,), (b,), f"{b.id} by {off:.2f} m", off)
+                yield made("gateways", "moved", mean(b.posts), (a,), (b,), f"{b.id} by {off:.2f} m", off)
             elif abs(a.width - b.width) > DOOR:
                 text, by = f"{b.id}: {a.width:.2f} m wide, now {b.width:.2f} m", abs(a.width - b.width)
-                yield _made("gateways", "reshaped", _mean(b.posts), (a,), (b,), text, by)
+                yield made("gateways", "reshaped", mean(b.posts), (a,), (b,), text, by)
 
     def walls(self) -> Iterator[Difference]:
         old = [v for v in self.old.lines.values() if not v.clutter]
@@ -202,27 +176,27 @@ class _Work:
             off, sigma = _aside(rigid, np.array([b.start, b.end])), deviation(a, b)
             if off > max(SIGMAS * sigma, LEAST):
                 text = f"{b.id} by {off:.2f} m ({off / sigma:.1f} sigma)"
-                yield _made("lines", "moved", _mean((b.start, b.end)), (a,), (b,), text, off)
+                yield made("lines", "moved", mean((b.start, b.end)), (a,), (b,), text, off)
 
     def objects(self) -> Iterator[Difference]:
         for o in self._gone("objects"):
-            yield _made("objects", "removed", self._at(o.center[:2]), (o,), (), f"{o.id} {o.label}".strip())
+            yield made("objects", "removed", self._at(o.center[:2]), (o,), (), f"{o.id} {o.label}".strip())
         for o in self._come("objects"):
-            yield _made("objects", "added", o.center[:2], (), (o,), f"{o.id} {o.label}".strip())
+            yield made("objects", "added", o.center[:2], (), (o,), f"{o.id} {o.label}".strip())
         for a, b in self._pairs("objects"):
             off = math.dist(self._at(a.center[:2]), b.center[:2])
             if off > OFF:
-                yield _made("objects", "moved", b.center[:2], (a,), (b,), f"{b.id} by {off:.2f} m", off)
+                yield made("objects", "moved", b.center[:2], (a,), (b,), f"{b.id} by {off:.2f} m", off)
             by_hand = a.provenance.source != "auto" or b.provenance.source != "auto"
             if a.label != b.label and by_hand:  # the mapper numbers its guesses anew in every run
                 text = f"{b.id}: {a.label or 'without a label'} is {b.label or 'without a label'} now"
-                yield _made("objects", "renamed", b.center[:2], (a,), (b,), text)
+                yield made("objects", "renamed", b.center[:2], (a,), (b,), text)
 
-    def _at(self, point: Point) -> Point:
-        return _point(self.frames.move(np.array([point]))[0])
+    def _at(self, place: Point) -> Point:
+        return point(self.frames.move(np.array([place]))[0])
 
     def _middle(self, g: Gateway) -> Point:
-        return _mean(self.matcher.outline(g))
+        return mean(self.matcher.outline(g))
 
 
 def _uncovered(what: What, lines: list[Line], ends: list[np.ndarray], others: list[np.ndarray]) -> Iterator[Difference]:
@@ -231,12 +205,12 @@ def _uncovered(what: What, lines: list[Line], ends: list[np.ndarray], others: li
     for v, e in zip(lines, ends, strict=True):
         length = float(np.hypot(*(e[1] - e[0])))
         free = _rest(length, common_spans(e, there, WALL)) if length > 1e-6 else []
-        pieces = tuple((_point(e[0] + (e[1] - e[0]) * a), _point(e[0] + (e[1] - e[0]) * b)) for a, b in free)
+        pieces = tuple((point(e[0] + (e[1] - e[0]) * a), point(e[0] + (e[1] - e[0]) * b)) for a, b in free)
         if pieces:
             total = sum(math.dist(*p) for p in pieces)
             before, after = ((v,), ()) if what == "removed" else ((), (v,))
             text = f"{total:.2f} m of {v.id}" if total < 0.95 * length else f"{v.id} ({total:.2f} m)"
-            yield _made("lines", what, _mean(pieces[0]), before, after, text, total, pieces)
+            yield made("lines", what, mean(pieces[0]), before, after, text, total, pieces)
 
 
 def _rest(length: float, spans: np.ndarray) -> list[tuple[float, float]]:
@@ -277,29 +251,4 @@ def _region(what: What, shape: Any, old: Any, new: Any, text: str = "", amount: 
     if not text:
         names = [", ".join(_called(r) for r in side) for side in (old, new)]
         text = " -> ".join(n for n in names if n) + ("" if old and new else f" ({shape.area:.1f} m²)")
-    return _made("regions", what, cutting.inner_point(shape), old, new, text, amount)
-
-
-def _made(
-    kind: str,
-    what: What,
-    place: Any,
-    old: Any,
-    new: Any,
-    text: str,
-    amount: float | None = None,
-    pieces: tuple[tuple[Point, Point], ...] = (),
-) -> Difference:
-    before, after = (tuple(v.id for v in side) for side in (old, new))
-    by = None if amount is None else round(amount, 3)
-    return Difference(
-        kind=kind, what=what, place=_point(place), old=before, new=after, text=text, amount=by, pieces=pieces
-    )
-
-
-def _point(p: Any) -> Point:
-    return rounded(p[0]), rounded(p[1])
-
-
-def _mean(points: Any) -> Point:
-    return _point(np.mean(points, 0))
+    return made("regions", what, cutting.inner_point(shape), old, new, text, amount)

@@ -6,7 +6,8 @@ from typing import Any
 
 import msgspec
 
-from rgcore.model.diff import Diff, Difference
+from rgcore.model.diff import Diff
+from rgcore.model.difference import Difference
 
 TITLES = {"regions": "Regions", "gateways": "Gateways", "lines": "Walls", "objects": "Objects"}
 _MARK = {"green": "+", "red": "-", "amber": "~"}

@@ -15,6 +15,8 @@ from rgcore.model.records import Gateway, Line, MapObject, Record, Region, RGMap
 
 Move = Callable[[np.ndarray], np.ndarray]
 """Takes points (K, 2) [m] of the old map to where they lie in the new one."""
+Outlines = Any
+"""What things of a kind are recognised by, in their order: a list of polygons, or an array (N, ...)."""
 
 SAME = 0.5
 """Score from which on two things may be the same; 1 = equal."""
@@ -42,7 +44,8 @@ class Matcher:
         self.old, self.new, self._move = old, new, move
         self._kind = {id: kind for kind in TABLES for id in getattr(old, kind)}
         self._ids = {kind: (list(getattr(old, kind)), list(getattr(new, kind))) for kind in TABLES}
-        self._shapes: dict[str, tuple[list[Any], list[Any]]] = {}
+        self._row = {id: n for kind in TABLES for n, id in enumerate(getattr(old, kind))}
+        self._shapes: dict[str, tuple[Outlines, Outlines]] = {}
 
     def __call__(self, id: str) -> str | None:
         """The one clear counterpart of a thing, whose own clear counterpart it is; None if there is none."""
@@ -50,7 +53,7 @@ class Matcher:
         if kind is None or not self._ids[kind][1]:
             return None
         olds, news = self._outlines(kind)
-        i = self._ids[kind][0].index(id)
+        i = self._row[id]
         j = _clear(_SCORES[kind](olds[i], news))
         if j is None or _clear(_SCORES[kind](news[j], olds)) != i:
             return None
@@ -61,8 +64,8 @@ class Matcher:
         if self._kind.get(id) != "lines" or not self._ids["lines"][1]:
             return ()
         olds, news = self._outlines("lines")
-        one = olds[self._ids["lines"][0].index(id)]
-        common, aside, lengths = _common(one, np.stack(news))
+        one = olds[self._row[id]]
+        common, aside, lengths = _common(one, np.asarray(news))
         on = (common >= WITHIN * np.maximum(lengths, 1e-9)) & (aside < ASIDE / 2)
         on &= np.array([_scored_best(news[j], olds, one) if on[j] else False for j in range(len(on))])
         if not on.any() or common[on].sum() < SAME * float(np.hypot(*(one[1] - one[0]))):
@@ -97,6 +100,9 @@ class Matcher:
 
     def outline(self, item: Record) -> Any:
         """What a thing of the old map is recognised by, where it lies in the new one."""
+        kind = _kind_of(item)
+        if getattr(self.old, kind).get(item.id) is item:  # type: ignore[attr-defined]
+            return self._outlines(kind)[0][self._row[item.id]]
         return _outline(item, self._move)
 
     def outline_now(self, item: Record) -> Any:
@@ -112,12 +118,10 @@ class Matcher:
             return np.array([shape[:2], shape[:2]])
         return np.array([shape.min(0), shape.max(0)])
 
-    def _outlines(self, kind: str) -> tuple[list[Any], list[Any]]:
+    def _outlines(self, kind: str) -> tuple[Outlines, Outlines]:
         if kind not in self._shapes:
-            self._shapes[kind] = (
-                [_outline(item, self._move) for item in getattr(self.old, kind).values()],
-                [_outline(item, _stay) for item in getattr(self.new, kind).values()],
-            )
+            old, new = (list(getattr(map, kind).values()) for map in (self.old, self.new))
+            self._shapes[kind] = _all_outlines(kind, old, self._move), _all_outlines(kind, new, _stay)
         return self._shapes[kind]
 
 
@@ -161,7 +165,7 @@ def _clear(scores: np.ndarray) -> int | None:
 
 def _scored_best(piece: np.ndarray, olds: Sequence[np.ndarray], one: np.ndarray) -> bool:
     """Whether a new line lies on no other old line as well as on this one."""
-    common, aside, _ = _common(piece, np.stack(olds))
+    common, aside, _ = _common(piece, np.asarray(olds))
     score = common * np.clip(1 - aside / ASIDE, 0, 1)
     best = int(np.argmax(score))
     rest = float(np.delete(score, best).max(initial=0.0))
@@ -179,6 +183,16 @@ def _outline(item: Record, move: Move) -> Any:
     assert isinstance(item, Region)
     rings = [move(np.array(ring)) for ring in (item.boundary, *item.holes)]
     return polygon(rings[0], tuple(rings[1:]))  # type: ignore[arg-type]
+
+
+def _all_outlines(kind: str, items: Sequence[Any], move: Move) -> Outlines:
+    """The outlines of all things of a kind; those of lines and gateways (N, 2, 2) are moved at once."""
+    if kind == "regions" or not items:
+        return [_outline(item, move) for item in items]
+    if kind == "objects":
+        return np.stack([_outline(item, move) for item in items])
+    ends = np.array([(v.start, v.end) if kind == "lines" else v.posts for v in items])
+    return move(ends.reshape(-1, 2)).reshape(-1, 2, 2)
 
 
 def _region_scores(one: Any, others: Sequence[Any]) -> np.ndarray:
@@ -209,7 +223,7 @@ def _common(one: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 def _line_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
     """Common part of two lines over all of both, less where they lie aside."""
-    common, aside, lengths = _common(one, np.stack(others))
+    common, aside, lengths = _common(one, np.asarray(others))
     whole = float(np.hypot(*(one[1] - one[0]))) + lengths - common
     near = np.clip((ASIDE - aside) / (ASIDE - BESIDE), 0, 1)
     return np.clip(common / np.maximum(whole, 1e-9), 0, 1) * near
@@ -217,7 +231,7 @@ def _line_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
 
 def _gateway_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
     """Mean distance of the posts, whichever of them comes first; those of wide openings are known less well."""
-    b = np.stack(others)
+    b = np.asarray(others)
     straight, crossed = (np.hypot(*(b[:, order] - one).transpose(2, 0, 1)).mean(1) for order in ([0, 1], [1, 0]))
     widths = np.hypot(*(b[:, 1] - b[:, 0]).T)
     reach = np.maximum(REACH, np.maximum(widths, np.hypot(*(one[1] - one[0]))) / 2)
@@ -226,7 +240,7 @@ def _gateway_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray
 
 def _object_scores(one: np.ndarray, others: Sequence[np.ndarray]) -> np.ndarray:
     """Distance of the centres and half of the difference in size, whichever side of the box is called its length."""
-    b = np.stack(others)
+    b = np.asarray(others)
     away = np.hypot(b[:, 0] - one[0], b[:, 1] - one[1])
     straight, turned = (np.hypot(b[:, i] - one[2], b[:, j] - one[3]) for i, j in ((2, 3), (3, 2)))
     return np.clip(1 - (away + np.minimum(straight, turned) / 2) / REACH, 0, 1)

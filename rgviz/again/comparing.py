@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from rgcore.model.diff import Diff, Difference, Frames, diff, join
+from rgcore.model.diff import Diff, Frames, diff, join
+from rgcore.model.difference import Difference
 from rgcore.model.records import Box2, RGMap
 from rgcore.slam.trajectory import Trajectory
 from rgviz import theme

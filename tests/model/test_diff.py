@@ -17,8 +17,9 @@ from two_rooms import door, line, make_run, rectangle
 from rgcore.errors import RgError
 from rgcore.geometry import se2
 from rgcore.model.align import align
-from rgcore.model.diff import Diff, Difference, diff, join
+from rgcore.model.diff import Diff, diff, join
 from rgcore.model.diff_text import as_json, as_markdown, as_text
+from rgcore.model.difference import Difference
 from rgcore.model.draft import split_region
 from rgcore.model.edits import ClassifyRegion, DeleteLines, LabelObject, MergeRegions, RenameRegion
 from rgcore.model.records import Provenance, RGMap, replace
