@@ -6,10 +6,13 @@ import numpy as np
 from hypothesis import strategies as st
 
 from rgcore.model.records import (
+    Backdrop,
     Box2,
     Gateway,
+    Ignored,
     Line,
     MapObject,
+    Note,
     Provenance,
     Region,
     RGMap,
@@ -100,6 +103,7 @@ _by = st.builds(
     by=st.none() | _text,
     at=st.none() | _text,
     edits=st.lists(st.integers(0, 1000), max_size=3).map(tuple),
+    confirmed=st.booleans(),
 )
 _some_ids = st.lists(_id, max_size=3, unique=True).map(tuple)
 _line = st.builds(
@@ -110,6 +114,8 @@ _line = st.builds(
     regions=_some_ids,
     support=st.integers(0, 10**6),
     residual=_maybe,
+    deviation=st.none() | st.tuples(_size, _size),
+    clutter=st.booleans(),
     provenance=_by,
 )
 _region = st.builds(
@@ -152,6 +158,20 @@ _object = st.builds(
     confidence=_part,
     provenance=_by,
 )
+_note = st.builds(Note, id=_id, text=_text, place=_point, item=st.none() | _id, provenance=_by)
+_ignored = st.builds(Ignored, id=_id, code=_text, items=_some_ids, provenance=_by)
+_backdrop = st.builds(
+    Backdrop,
+    id=_id,
+    name=_text,
+    sha256=st.integers(0, 2**256 - 1).map(lambda n: f"{n:064x}"),
+    form=st.sampled_from(["png", "jpg", "dxf"]),
+    size=st.tuples(_size, _size),
+    center=_point,
+    yaw=st.floats(-4, 4),
+    length=st.floats(0.01, 1e5),
+    provenance=_by,
+)
 
 
 def _by_id(items: st.SearchStrategy) -> st.SearchStrategy:
@@ -179,5 +199,8 @@ any_map = st.builds(
     regions=_by_id(_region),
     gateways=_by_id(_gateway),
     objects=_by_id(_object),
+    notes=_by_id(_note),
+    ignored=_by_id(_ignored),
+    backdrops=_by_id(_backdrop),
 )
 """Any map: the ids in it need not name anything, texts hold whatever people type."""
