@@ -114,6 +114,17 @@ def test_regions_that_are_one_are_joined_and_told_once() -> None:
     assert automaton.region == "r2"
 
 
+def test_a_region_that_is_no_longer_part_of_another_is_recognised() -> None:
+    automaton = in_first_room()
+    automaton.step(sight(1, 5.1, "r1", DOOR))
+    automaton.step(sight(2, 5.6, "r2"))
+    automaton.join(3, 0.3, (5.6, 0.0, 0.0), "r1", "r2")
+    assert "r1" not in automaton.known
+    automaton.part("r1")
+    automaton.step(sight(4 + LEAST, 4.9, "r2", DOOR))
+    assert kinds(automaton.step(sight(5 + LEAST, 4.4, "r1"))) == [GatewayLeft, RegionLeft, RegionRecognised]
+
+
 def test_events_go_to_json_and_back() -> None:
     automaton = in_first_room()
     events = automaton.step(sight(1, 5.1, "r1", DOOR))
