@@ -35,11 +35,12 @@ PILLAR = 2.0
 """m: a cut that meets a hole no wider than this goes on behind it"""
 
 
-def halve(shape: Polygon, path: np.ndarray) -> tuple[list[Polygon], np.ndarray]:
+def halve(shape: Polygon, path: np.ndarray, least: float = 0.0) -> tuple[list[Polygon], np.ndarray]:
     """The parts, largest first, of a polygon cut along ``path`` (n, 2), and the cut (m, 2) from edge to edge.
 
     The path goes on straight beyond its ends up to the outline, behind pillars too; what lies outside is left out.
-    One part if the path does not cut the polygon through; none if it does not meet it at all.
+    One part if the path does not cut the polygon through; none if it does not meet it at all. Where there are two parts
+    of ``least`` [m2], the slivers that a cut leaves along a ragged edge go to them.
     """
     p = np.asarray(path, float)
     drawn, far = shapely.linestrings(p), 2 * shape.length
@@ -51,15 +52,30 @@ def halve(shape: Polygon, path: np.ndarray) -> tuple[list[Polygon], np.ndarray]:
     if start.is_empty or not long.is_simple:
         return [], np.zeros((0, 2))
     low = high = bits.index(start)
+
+    def parted(pieces: list[Polygon]) -> bool:
+        return sum(p.area >= least for p in pieces) > 1
+
     halves = _cut(shape, bits[low : high + 1])
-    while len(halves) < 2 and high + 1 < len(bits) and bits[high].distance(bits[high + 1]) < PILLAR:
+    while not parted(halves) and high + 1 < len(bits) and bits[high].distance(bits[high + 1]) < PILLAR:
         high += 1
         halves = _cut(shape, bits[low : high + 1])
-    while len(halves) < 2 and low > 0 and bits[low].distance(bits[low - 1]) < PILLAR:
+    while not parted(halves) and low > 0 and bits[low].distance(bits[low - 1]) < PILLAR:
         low -= 1
         halves = _cut(shape, bits[low : high + 1])
     cut = np.concatenate([np.asarray(b.coords) for b in bits[low : high + 1]])
+    halves = _without_slivers(halves, least) if parted(halves) else halves
     return halves, cut if (cut[-1] - cut[0]) @ (p[-1] - p[0]) >= 0 else cut[::-1]
+
+
+def _without_slivers(pieces: list[Polygon], least: float) -> list[Polygon]:
+    """The larger pieces, largest first; each sliver goes to the one that it has most edge in common with."""
+    large = [p for p in pieces if p.area >= least]
+    for sliver in (p for p in pieces if p.area < least):
+        edge = [p.intersection(sliver).length for p in large]
+        n = int(np.argmax(edge))
+        large[n] = max(parts(shapely.union_all([large[n], sliver], grid_size=GRID)), key=lambda p: p.area)
+    return sorted(large, key=lambda p: -p.area)
 
 
 def _most(bits: list[shapely.LineString], drawn: shapely.LineString) -> shapely.LineString:

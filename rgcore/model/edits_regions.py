@@ -129,7 +129,7 @@ class SplitRegion(Edit, frozen=True):
     def _halves(self, old: Region) -> tuple[list, np.ndarray]:
         if any(math.dist(a, b) < 1e-3 for a, b in zip(self.cut, self.cut[1:], strict=False)):
             raise EditError("two points of the cut are the same")
-        halves, cut = cutting.halve(shape_of(old), np.array(self.cut))
+        halves, cut = cutting.halve(shape_of(old), np.array(self.cut), LEAST_REGION)
         if not halves:
             raise EditError(f"the cut does not lie in {old.id}")
         if len(halves) == 1:

@@ -14,7 +14,7 @@ from rgcore.model import draft
 from rgcore.model.edits import AddGateway, AddRegion, DrawLine, Edit, SplitRegion
 from rgcore.model.fields import new_id
 from rgcore.model.gates import sides
-from rgcore.model.ground import before_line, region_before, shape_of
+from rgcore.model.ground import LEAST_REGION, before_line, region_before, shape_of
 from rgcore.model.records import Point, RGMap
 from rgviz.picking import Item, Kind, region_at
 from rgviz.selecting import Items
@@ -167,7 +167,7 @@ class SplitTool(Drawing):
         drawn = Stroke(self.path)
         try:
             edit = self.edit(map_, self.path)
-            halves, cut = cutting.halve(shape_of(map_.regions[edit.region]), np.array(edit.cut))
+            halves, cut = cutting.halve(shape_of(map_.regions[edit.region]), np.array(edit.cut), LEAST_REGION)
         except EditError as e:
             return self.shown(strokes=(drawn,), note=str(e), refused=True)
         if len(halves) != 2:

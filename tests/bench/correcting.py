@@ -9,6 +9,7 @@ shortest by way of the edit that makes the regions most like the rooms; steps th
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Iterator
@@ -44,6 +45,8 @@ LEAST_PIECE = 0.5
 """m2 of a region that counts, and of a part of one that a person would cut off"""
 SAME_GATEWAY = 0.75
 """m between the middles of a gateway and the true one"""
+BORDER = (0.2, 0.5)
+"""m between two rooms in one region where a person would part them: at their door, or along the wall with it"""
 MOVED = 3.0
 """m: from farther away a person draws a new gateway rather than move one"""
 SIMPLEST = (DeleteGateway, MergeRegions, DeleteRegion, SplitRegion, MoveGateway, AddGateway, ReshapeRegion, AddRegion)
@@ -232,16 +235,17 @@ def _cuts(truth: Truth, region: Region, rooms: np.ndarray) -> Iterator[tuple[lis
     for g in truth.gateways:
         if set(g["regions"]) <= set(rooms.tolist()):
             yield truth.to_map(g["posts"]), True
-    for room in rooms:
+    for room, apart in itertools.product(rooms, BORDER):
         mine, others = inside == room, (inside > 0) & (inside != room)
-        near = cv2.dilate(mine.astype(np.uint8), np.ones((9, 9), np.uint8)) > 0
+        reach = 2 * round(apart / truth.resolution) + 1
+        near = cv2.dilate(mine.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
         y, x = np.nonzero(near & others)
         if len(x) < 2:
             continue
         points = (np.stack([x, y], 1) + 0.5) * truth.resolution
         middle, along = points.mean(0), np.linalg.svd(points - points.mean(0), full_matrices=False)[2][0]
-        reach = (points - middle) @ along
-        ends = [middle + reach.min() * along, middle + reach.max() * along]
+        s = (points - middle) @ along
+        ends = [middle + s.min() * along, middle + s.max() * along]
         if math.dist(*ends) > 0.1:
             yield truth.to_map(ends), False
 

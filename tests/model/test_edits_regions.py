@@ -71,6 +71,17 @@ def test_a_cut_goes_on_behind_a_pillar_but_not_across_a_courtyard(office: RGMap)
         split(with_hole(3.0, 5.5), "r2", down)
 
 
+def test_slivers_along_a_ragged_edge_are_no_parts(office: RGMap) -> None:
+    """The cut runs along the side of a cabinet that the raster left ragged: a pocket of 0.03 m2 lies behind it."""
+    hole = ((4.4, 0.8), (4.6, 0.9), (4.6, 1.1), (4.4, 1.2), (4.9, 1.2), (4.9, 0.8))
+    ragged = replace(office, regions={**office.regions, "r1": replace(office.regions["r1"], holes=(hole,))})
+    after = split(ragged)
+    whole = area(ragged.regions["r1"])
+    assert area(after.regions["r1"]) + area(after.regions[NEW]) == pytest.approx(whole)
+    assert area(after.regions["r1"]) == pytest.approx(9.0, abs=0.1)
+    assert broken(after) == []
+
+
 @pytest.mark.parametrize(
     ("cut", "words"),
     [
