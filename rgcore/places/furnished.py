@@ -18,7 +18,8 @@ from rgcore.geometry import polygons
 from rgcore.geometry.grid import clearance
 from rgcore.geometry.raycast import cast
 from rgcore.lines.merge import Lines, merge_lines
-from rgcore.places.floors import RASTER, Floor, Rect, leaves, random_floor, raster
+from rgcore.places.floor_scans import raster
+from rgcore.places.floors import RASTER, Floor, Rect, leaves, random_floor
 from rgcore.places.freespace import FreeSpace, free_space
 from rgcore.places.places import Places
 from rgcore.places.regions import find_places, region_of_segments

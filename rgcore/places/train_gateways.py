@@ -14,7 +14,8 @@ import numpy as np
 from rgcore.config import Places as Settings
 from rgcore.places.chords import find_chords
 from rgcore.places.divide import open_space
-from rgcore.places.floors import Floor, random_floor, scanned
+from rgcore.places.floor_scans import scanned
+from rgcore.places.floors import Floor, random_floor
 from rgcore.places.furnished import furnished_floor
 from rgcore.places.hypotheses import KINDS, WEIGHTS, features
 from rgcore.places.network import Network

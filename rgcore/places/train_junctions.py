@@ -12,7 +12,8 @@ import numpy as np
 from rgcore.config import Places as Settings
 from rgcore.places.chords import find_chords
 from rgcore.places.divide import open_space
-from rgcore.places.floors import Floor, leaves, random_floor, scanned
+from rgcore.places.floor_scans import scanned
+from rgcore.places.floors import Floor, leaves, random_floor
 from rgcore.places.junctions import KINDS, WEIGHTS, features
 from rgcore.places.network import Network
 from rgcore.places.train_gateways import fitted, label
