@@ -115,6 +115,11 @@ def png(width: int, height: int) -> bytes:
     return b"\x89PNG\r\n\x1a\n" + struct.pack(">I4sIIBBBBB", 13, b"IHDR", width, height, 8, 2, 0, 0, 0) + bytes(100)
 
 
+def long_chunk() -> bytes:
+    """A small image whose data claim to be 2 GB: decoders make room for them first."""
+    return png(64, 64)[:33] + struct.pack(">I4s", 2**31 - 1, b"IDAT") + bytes(100)
+
+
 def npy(shape: str) -> bytes:
     import io
     import zipfile
@@ -146,11 +151,12 @@ ABSURD: dict[str, list[Callable[[bytes], bytes]]] = {
     "grid-image": [
         lambda _: b"P5\n100000 100000\n255\n",
         lambda _: b"P5\n# x\n31000 31000 255\n" + bytes(99),
+        lambda _: long_chunk(),
         lambda _: png(30000, 30000),
     ],
     "plan": [lambda _: b'{"name":' + b"[" * 100_000],
-    "plan-image": [lambda _: png(200_000, 200_000), lambda _: png(30000, 30000)],
-    "backdrop-png": [lambda _: png(30000, 30000)],
+    "plan-image": [lambda _: png(200_000, 200_000), lambda _: png(30000, 30000), lambda _: long_chunk()],
+    "backdrop-png": [lambda _: png(30000, 30000), lambda _: long_chunk()],
     "backdrop-jpg": [lambda d: d[:2] + b"\xff\xc0\x00\x0b\x08\xff\xff\xff\xff" + d[2:]],
     "backdrop-dxf": [changed(b"HEADER", b"HEADER\n 90\n 999999999999999999999")],
     "relations": [lambda _: b"EDGE2 99999999999 99999999999 0 0 0\n" * 1000],

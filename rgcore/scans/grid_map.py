@@ -238,7 +238,11 @@ def _pixels(path: Path, image: Path) -> np.ndarray:
     raw = image.read_bytes()
     width, height = image_size(raw)
     try:
-        data = None if width * height > _MOST else cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED)
+        data = (
+            None
+            if not 0 < width * height <= _MOST
+            else cv2.imdecode(np.frombuffer(raw, np.uint8), cv2.IMREAD_UNCHANGED)
+        )
         height, width = (height, width) if data is None else data.shape[:2]
     except cv2.error:
         data = None

@@ -9,13 +9,33 @@ _PNM = re.compile(rb"P[1-6]((?:\s+|#[^\n]*\n)+)(\d{1,9})((?:\s+|#[^\n]*\n)+)(\d{
 
 
 def image_size(data: bytes) -> tuple[int, int]:
-    """Width and height in pixels of a png, jpg or pnm (pgm, pbm, ppm); 0, 0 of anything else."""
+    """Width and height in pixels of a png, jpg, pnm (pgm, pbm, ppm) or bmp; 0, 0 of anything else, or of damaged ones
+    whose parts claim to be longer than the file."""
     if data.startswith(b"\x89PNG\r\n\x1a\n"):
-        return struct.unpack(">II", data[16:24]) if len(data) >= 24 and data[12:16] == b"IHDR" else (0, 0)
+        return _png(data)
     if data.startswith(b"\xff\xd8\xff"):
         return _jpg(data)
+    if data.startswith(b"BM") and len(data) >= 26:
+        width, height = struct.unpack("<ii", data[18:26])
+        return abs(width), abs(height)
     found = _PNM.match(data[:4096])
     return (int(found[2]), int(found[4])) if found else (0, 0)
+
+
+def _png(data: bytes) -> tuple[int, int]:
+    """Header first, and every chunk no longer than the file: decoders make room for what a chunk claims."""
+    if len(data) < 24 or data[12:16] != b"IHDR":
+        return 0, 0
+    at = 8
+    while at + 8 <= len(data):
+        length, kind = struct.unpack(">I4s", data[at : at + 8])
+        if at + 12 + length > len(data):
+            return 0, 0
+        if kind == b"IEND":
+            break
+        at += 12 + length
+    width, height = struct.unpack(">II", data[16:24])
+    return width, height
 
 
 def _jpg(data: bytes) -> tuple[int, int]:

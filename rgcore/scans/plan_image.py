@@ -61,7 +61,7 @@ def _grey(path: str | Path) -> np.ndarray:
     if width * height > MOST_PIXELS:
         raise InputError(path, f"{width} x {height} pixels; at most {MOST_PIXELS // 10**6} million: save it smaller")
     try:
-        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
+        image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE) if width and height else None
     except cv2.error:
         image = None
     if image is None:
