@@ -35,6 +35,7 @@ def strips(points: np.ndarray, beams: np.ndarray) -> np.ndarray:
     order = order[density[order] >= _LEAST]
     lines = _grow(points, beams, known, np.append(first, len(keys)), by_key, order)
     d = lines[:, 1] - lines[:, 0]
+    d[~d.any(1)] = (1e-6, 0.0)  # echoes all in one place: any direction does
     length = np.hypot(*d.T)
     along = d / np.maximum(length, 1e-9)[:, None] * (0.5 * np.maximum(length, _CELL) + _PAD)[:, None]
     middle, short = lines.mean(1), length < _SHORT
