@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from rgcore import pipeline
+from rgcore.exports.formats import export
 from rgcore.scans.floor import build_floor
 from rgcore.scans.plan import Door, Furniture, Plan, Room
 from rgcore.scans.simulate import Simulation, simulate, write_carmen
@@ -48,6 +49,7 @@ def main(folder: Path) -> None:
     for gateway in run.map.gateways.values():
         middle = np.mean(gateway.posts, axis=0)
         print(f"{gateway.class_} at ({middle[0]:.2f}, {middle[1]:.2f}), {gateway.width:.2f} m wide")
+    export(folder / "flat.svg", run.map)
 
 
 if __name__ == "__main__":

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from rgcore import pipeline
 from rgcore.errors import EditError
+from rgcore.exports.formats import export
 from rgcore.model.edits import ClassifyRegion, RenameRegion
 from rgcore.model.project import Project
 from rgcore.scans.read import read_log
@@ -39,6 +40,7 @@ def main(folder: Path) -> None:
     with Project.open(path) as project:
         region = project.map.regions[first]
         print(f"reopened: {region.name}, {region.provenance.source} by {region.provenance.by}")
+        export(folder / "rooms.svg", project.map)
         print((path / "runs" / project.run_name / "edits.jsonl").read_text(), end="")
 
 

@@ -4,17 +4,20 @@ What a robot asks of a map, one call a question. Maps the demo and asks where th
 through, what is in the rooms and how far its laser would see; then for a way between the two rooms that are farthest
 apart, why a wider robot has none, and where there is still something to explore.
 
-    python examples/04_ask_the_map.py
+    python examples/04_ask_the_map.py [FOLDER]
 """
 
 from __future__ import annotations
 
+import sys
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
 from rgcore import pipeline
 from rgcore.errors import NoRoute
+from rgcore.exports.formats import render
 from rgcore.robot.query import Query
 from rgcore.scans.read import read_log
 from rgviz.demo import LOG
@@ -22,7 +25,7 @@ from rgviz.demo import LOG
 WIDTH = 0.6
 
 
-def main() -> None:
+def main(folder: Path) -> None:
     run = pipeline.run(read_log(LOG))
     ask = Query(run.map)
     poses = run.trajectory.map_from_laser
@@ -47,6 +50,11 @@ def main() -> None:
         print(error)
     print(f"not yet passed: {', '.join(g.id for g in ask.unexplored()) or 'none'}")
 
+    picture = render(".svg", run.map).decode()
+    way = " ".join(f"{x:.2f},{-y:.2f}" for x, y in route.waypoints)  # a drawing's y runs down
+    line = f'<polyline points="{way}" fill="none" stroke="#c2410c" stroke-width="0.15" stroke-dasharray="0.4 0.25"/>'
+    (folder / "route.svg").write_text(picture.replace("</svg>", line + "</svg>"), encoding="utf-8")
+
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "."))

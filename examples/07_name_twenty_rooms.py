@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 import sys
 from pathlib import Path
 
 from rgcore import pipeline
+from rgcore.exports.formats import export
 from rgcore.geometry.polygons import label_place
 from rgcore.model.doubt import work_list
 from rgcore.model.edits import ClassifyRegion, Confirm, RenameRegion, Several
@@ -24,6 +26,12 @@ from rgcore.scans.read import read_log
 from rgviz.demo import LOG, PLAN
 
 
+def around(place: tuple[float, float]) -> list[tuple[float, float]]:
+    """A place and others a good metre about it: there may be a cabinet where somebody pointed to."""
+    x, y = place
+    return [place, *((x + 1.2 * math.cos(a), y + 1.2 * math.sin(a)) for a in range(6))]
+
+
 def main(folder: Path) -> None:
     rooms = json.loads(PLAN.read_text())["rooms"]
     table = [(label_place(r["outline"], r.get("holes", ()))[0], r["name"], r.get("class", "TOMA")) for r in rooms]
@@ -31,7 +39,7 @@ def main(folder: Path) -> None:
         here = Query(project.map)
         named = 0
         for place, name, use in table[:20]:
-            region = here.region_at(*place)
+            region = next(filter(None, (here.region_at(*at) for at in around(place))), None)
             if region is None:
                 print(f"no region at {place} for {name}")
                 continue
@@ -40,6 +48,7 @@ def main(folder: Path) -> None:
             named += 1
         print(f"{named} rooms named; undo would take back: {project.history.undo_title}")
 
+        export(folder / "office.svg", project.map)
         doubts = work_list(project.map, lint(project.map))
         with (folder / "to_check.csv").open("w", newline="", encoding="utf-8") as f:
             rows = csv.writer(f)

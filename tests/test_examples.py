@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import pytest
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+GALLERY = Path(__file__).parents[1] / "docs" / "gallery"
 
 
 def run(name: str, folder: Path) -> str:
@@ -74,6 +76,25 @@ def test_name_twenty_rooms(tmp_path: Path) -> None:
         rows = list(csv.DictReader(f))
     assert rows
     assert all(0 < float(row["doubt"]) <= 1 and row["why"] for row in rows)
+
+
+def test_lay_a_plan_under_it(tmp_path: Path) -> None:
+    said = run("08_lay_a_plan_under_it.py", tmp_path)
+    assert "office.dxf: turned by -20.1 degrees" in said
+    within = float(said.split("lies within ")[1].split(" mm")[0])
+    assert within < 1
+    assert (tmp_path / "plan.svg").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
+def test_the_gallery_shows_an_example_as_it_is(path: Path) -> None:
+    """``python docs/make_gallery.py`` writes its page anew."""
+    page = (GALLERY / f"{path.stem}.md").read_text(encoding="utf-8")
+    assert path.read_text(encoding="utf-8").split('"""', 2)[2].strip() in page
+    assert f"({path.stem}.md)" in (GALLERY / "README.md").read_text(encoding="utf-8")
+    pictures = re.findall(r"!\[[^]]*\]\(([^)]+)\)", page)
+    assert pictures
+    assert all((GALLERY / name).stat().st_size > 300 for name in pictures)
 
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.py")), ids=lambda p: p.stem)
