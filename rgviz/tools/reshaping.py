@@ -13,8 +13,8 @@ from rgcore.model.records import Point, RGMap, rounded
 from rgviz.tools.tool import NEAR, Hand, Handle, Sketch, Stroke, Tool, Turn, changed, shoelace, short
 
 Ring = tuple[Point, ...]
-SHOWS = 6.0
-"""A corner has room where it stands out by a sixth of what else must fit a handle (``Handle.room``): some 7 px."""
+SHOWS = 4.0
+"""A corner has room where it stands out by a quarter of what else must fit a handle (``Handle.room``): some 11 px."""
 
 
 @dataclass(frozen=True)
