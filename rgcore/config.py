@@ -166,7 +166,7 @@ class Places(Settings, frozen=True):
     ] = 0.8
     min_confidence: Annotated[
         float, setting("1", "a chord below it is no gateway: as likely right as wrong", ge=0, le=1)
-    ] = 0.5
+    ] = 0.66
     unpassed_confidence: Annotated[
         float, setting("1", "a gap between cabinets looks like a door; what was driven through is surer", ge=0, le=1)
     ] = 0.97

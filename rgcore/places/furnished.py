@@ -8,7 +8,7 @@ thing and is none stands there too: jogs and pilasters, ends of walls, screens, 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -81,13 +81,13 @@ class Survey:
     free: FreeSpace
 
 
-def furnished_floor(rng: np.random.Generator, crowds: Sequence[float] = (0.3, 1.0, 2.0)) -> Furnished:
-    """One floor, furnished as much as one of ``crowds`` says: some are bare, some crowded."""
+def furnished_floor(rng: np.random.Generator) -> Furnished:
+    """One floor; some are bare, some crowded."""
     f = Furnished(random_floor(rng))
     f.floor.blocked.clear()
     if rng.random() < 0.5:
         leaves(f.floor, rng)
-    crowd = float(rng.choice(crowds))
+    crowd = float(rng.choice([0.3, 1.0, 2.0]))
     for room in list(f.floor.rooms):
         _building(f, rng, room)
         w, h = room[2] - room[0], room[3] - room[1]
