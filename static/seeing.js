@@ -51,6 +51,11 @@
     node.traverse((o) => {
       for (const m of Array.isArray(o.material) ? o.material : o.material ? [o.material] : []) {
         if (m.userData.rgStrength === value || (value >= 1 && m.userData.rgStrength === undefined)) continue;
+        if (m.map) {                                // a picture: what is clear in it stays clear
+          Object.assign(m, { transparent: true, opacity: value });
+          m.userData.rgStrength = value;
+          continue;
+        }
         if (m.userData.rgOpaque === undefined) m.userData.rgOpaque = [m.transparent, m.blending, m.blendSrc, m.blendDst];
         m.userData.rgStrength = value;
         if (value >= 1) [m.transparent, m.blending, m.blendSrc, m.blendDst] = m.userData.rgOpaque;

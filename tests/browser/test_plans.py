@@ -40,6 +40,12 @@ def corner(app: App, n: int) -> np.ndarray:
     return placed(plan, (np.array(WALLS[n]) - MIDDLE) * unit)
 
 
+def color(p: Pilot, at: np.ndarray) -> np.ndarray:
+    """RGB of the picture at a place of the map."""
+    (x, y), (left, top, _, _) = p.at(*at), p.canvas_box()
+    return p.picture()[int(y - top), int(x - left)].astype(int)
+
+
 def dark(p: Pilot, a: np.ndarray, b: np.ndarray) -> float:
     """Share of the way between two places of the map on which the picture is dark."""
     picture, (left, top, _, _) = p.picture(), p.canvas_box()
@@ -92,10 +98,14 @@ def test_a_plan_is_brought_aligned_by_two_points_and_undone(app: App, open_page:
     p.layer("Floor plan").uncheck()
     p.until(lambda: not p.visible(f"/backdrop/{id}"))
     p.layer("Floor plan").check()
+    paper = (corner(app, 0) + corner(app, 2)) / 2  # within the walls, where nothing is drawn
+    p.page.wait_for_timeout(300)
+    bare = color(p, paper)
     p.layer("Floor plan opacity").fill("20")
     p.page.wait_for_timeout(300)
     p.shot(f"{name}-faint")
     assert dark(p, corner(app, 0), corner(app, 1)) < 0.3
+    assert np.abs(color(p, paper) - bare).max() <= 3
     p.button("Take away").click()
     p.gone("Take away")
     assert not app.map.backdrops
