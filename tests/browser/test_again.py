@@ -26,8 +26,6 @@ from rgviz.app import App
 from rgviz.mapping import map_into
 
 Open = Callable[..., Pilot]
-HALL = (0.0, 5.0)
-"""from y to y of the hall of office_map(4, 1, 2)"""
 
 
 def tab(p: Pilot, name: str) -> None:
@@ -47,7 +45,7 @@ def colored(p: Pilot, color: theme.RGB) -> int:
 
 def other_map(map: RGMap) -> RGMap:
     """What another run finds: r10 is two rooms, r6 a part of the hall, the wall of r4 stands elsewhere, g5 is gone."""
-    r10, r6 = map.regions["r10"], map.regions["r6"]
+    r10 = map.regions["r10"]
     (x0, y0), (x1, _), (_, y1), _ = r10.boundary
     middle = (x0 + x1) / 2 + 0.1
     half = replace(r10, boundary=((x0, y0), (middle, y0), (middle, y1), (x0, y1)))
@@ -55,7 +53,6 @@ def other_map(map: RGMap) -> RGMap:
     regions = {k: v for k, v in map.regions.items() if k != "r6"} | {"r10": half, "r11": rest}
     moved = {k: replace(v, start=(v.start[0] - 0.25, v.start[1]), end=(v.end[0] - 0.25, v.end[1]))
              for k, v in map.lines.items() if v.regions == ("r4",) and v.start[0] == v.end[0] == 7.8}  # fmt: skip
-    assert r6 is not None
     assert moved
     gateways = {k: v for k, v in map.gateways.items() if k != "g5" and "r6" not in v.regions}
     return replace(map, regions=regions, lines={**map.lines, **moved}, gateways=gateways)
