@@ -71,7 +71,8 @@ class Stroke(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Handle(msgspec.Struct, frozen=True, omit_defaults=True):
-    """A mark that can be dragged. ``room`` [m]: it shows only where that is wide enough on the screen to be hit."""
+    """A mark that can be dragged. ``room`` [m]: it shows only where that is wide enough on the screen to be hit (0:
+    always), a corner also near the pointer."""
 
     id: str
     x: float
