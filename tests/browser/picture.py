@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from pilot import FLAGS, Pilot, chromium
 from playwright.sync_api import sync_playwright
 
 from rgcore.config import Config
+from rgcore.model.edits import ClassifyRegion, Edit, RenameRegion
 from rgcore.model.records import Region
 from rgcore.scans.read import read_log
 from rgviz.app import App
@@ -78,11 +80,37 @@ def _photograph(app: App, pilot: Pilot, docs: Path) -> None:
     pilot.key("f")
     shot("pictures/history.png")
 
+    _again(app, pilot, shot)
+
     tab("Map")
     pilot.button("Dark").click()
     pilot.key("Escape")
     pilot.key("v")
     shot("pictures/solid.png")
+
+
+def _again(app: App, pilot: Pilot, shot: Callable[[str], None]) -> None:
+    """A few edits, then the log is mapped again as if small rooms were niches."""
+    small = sorted(app.map.regions.values(), key=lambda r: r.box.size[0] * r.box.size[1])
+    edits: list[Edit] = [ClassifyRegion(region=r.id, class_="store") for r in small[:2]]
+    edits += [RenameRegion(region=r.id, name=n) for r, n in zip(small[-3:], ("Lab", "Office", "Corridor"), strict=True)]
+    for edit in edits:
+        app.worker.post(app.opened.do, edit)
+    pilot.key("Shift+N")
+    pilot.type_into("Find a setting", "min_area")
+    pilot.page.locator('button[data-arg="places.min_area"]').click()
+    pilot.type_into("places min area [m2]", "12")
+    pilot.page.locator('button[data-do="start"]').click()
+    pilot.see("Accept the new run", timeout=480_000)
+    pilot.page.locator('button[data-do="which"][data-arg="new"]').click()
+    pilot.key("f")
+    shot("pictures/again.png")
+    pilot.key("Shift+K")
+    pilot.page.wait_for_timeout(500)
+    pilot.page.locator('button[data-do="difference"]').first.scroll_into_view_if_needed()
+    shot("pictures/changes.png")
+    pilot.page.locator('button[data-do="discard"]').click()
+    pilot.key("Shift+K")
 
 
 def _middle(room: Region) -> tuple[float, float]:
