@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rgcore.online import Mapper
+from rgcore.places.automaton import RegionRecognised
 from rgcore.scans.read import read_log
 
 RUN = Path(__file__).parents[1] / "../shared/data/runs/lab-ipa-furnitures.log.gz"
@@ -23,6 +24,9 @@ def test_what_is_told_agrees_with_the_finished_map() -> None:
     true = run.places.labels.at(run.trajectory.map_from_base[:, :2], outside=-1)
     inside = np.flatnonzero(true >= 0)
     told = [mapper.final.get(s.region or "") for s in steps]
-    assert np.mean([told[k] == f"r{true[k] + 1}" for k in inside]) > 0.6
+    assert np.mean([told[k] == f"r{true[k] + 1}" for k in inside]) > 0.75
     settled = [mapper.final.get(r or "") for r in mapper.settled()]
-    assert np.mean([settled[k] == f"r{true[k] + 1}" for k in inside]) > 0.75
+    assert np.mean([settled[k] == f"r{true[k] + 1}" for k in inside]) > 0.97
+    returns = [e for s in steps for e in s.events if isinstance(e, RegionRecognised)]
+    assert len(returns) >= 5
+    assert np.mean([mapper.final.get(e.region) == f"r{true[e.scan] + 1}" for e in returns]) > 0.75
