@@ -63,7 +63,7 @@ def complete_lines(
     sights, scans, step = sights_of(log, trajectory, settings.max_range, _MOST_READINGS, weight)
     most = int(len(segments) / settings.reduction)
     found, of, name = finished(sights, lines.ends, lines.region, settings.price / step, most, settings.corner)
-    line_of = np.where(line_of >= 0, name[line_of], -1)
+    line_of = np.append(name, -1)[line_of]
 
     ends = geometry.transformed(trajectory.map_from_laser[segments.scan], segments.ends)
     merged = of < len(lines)
