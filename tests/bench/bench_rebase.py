@@ -37,6 +37,7 @@ from rgcore.config import load
 from rgcore.geometry import polygons, se2
 from rgcore.model.carry import ids_of, places_of
 from rgcore.model.drift import Drift, _same_scans
+from rgcore.model.edits_objects import AddObject, SeedObject
 from rgcore.model.fields import is_human_id
 from rgcore.model.history import Done, History
 from rgcore.model.outcome import Outcome
@@ -172,7 +173,9 @@ class Judge:
         news = [t for id in ids_of(o.edit) if (t := thing(self.new, id)) is not None]
         made = [c.after for d in self.done.values() for c in d.patch if is_human_id(c.id) and c.id in part]
         for n in news:  # or it is one that the new map made by itself of what a person had made
-            if not any(self.alike([a], [n], one_way=isinstance(n, Line)) for a in (*olds, *made)):
+            if not stands_in(o.edit, n) and not any(
+                self.alike([a], [n], one_way=isinstance(n, Line)) for a in (*olds, *made)
+            ):
                 self.why = f"[{n.id} is none of {sorted(part)}]"
                 return False
         for a in olds:
@@ -266,6 +269,14 @@ def along(line: Line) -> tuple[np.ndarray, np.ndarray]:
     length = max(math.dist(a, b), 1e-9)
     s = np.linspace(0, 1, max(3, int(length / 0.05)))[:, None]
     return a + s * (b - a), np.repeat([(b - a) / length], len(s), 0)
+
+
+def stands_in(edit: Any, region: Any) -> bool:
+    """Whether the region is only the room that a box which the edit makes stands in, and it does stand there."""
+    if not isinstance(region, Region) or not isinstance(edit, SeedObject | AddObject):
+        return False
+    shape = polygons.polygon(region.boundary, region.holes)
+    return bool(polygons.locate([shape], np.array([edit.center[:2]]))[0] == 0)
 
 
 def thing(map: RGMap, id: str) -> Any:
