@@ -12,7 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from rgcore.model.records import MapObject, RGMap
+from rgcore.model.records import RGMap
 from rgcore.model.rows import line_ends
 from rgviz.drawings import at
 
@@ -86,6 +86,8 @@ class Picker:
         self.line_ends = at(line_ends(map_.lines), 0.0)
         self.gateways = list(map_.gateways)
         self.gateway_ends = _on_floor([v.posts for v in map_.gateways.values()])
+        self.objects = list(map_.objects)
+        self.boxes = np.array([(*o.center, *o.size, o.yaw) for o in map_.objects.values()]).reshape(-1, 7)
         self.notes = list(map_.notes)
         self.note_places = _on_floor([(v.place, v.place) for v in map_.notes.values()])
 
@@ -102,7 +104,7 @@ class Picker:
         pixel = np.asarray(screen) * project.middle * 2
         finders: dict[Kind, Callable[[], str | None]] = {
             "note": lambda: _nearest_of(self.notes, project(self.note_places), pixel, NOTE_REACH),
-            "object": lambda: _first_box(self.map.objects, origin, direction),
+            "object": lambda: _first_box(self.objects, self.boxes, origin, direction),
             "gateway": lambda: _nearest_of(self.gateways, project(self.gateway_ends), pixel, GATEWAY_REACH),
             "line": lambda: _nearest_of(self.lines, project(self.line_ends), pixel, LINE_REACH),
             "region": lambda: self._region_under(origin, direction),
@@ -121,11 +123,10 @@ class Picker:
         project = Projector(camera)
         scale = project.middle * 2
         box = np.sort(np.array([low, high]) * scale, axis=0)
-        o = np.array([v.center for v in self.map.objects.values()]).reshape(-1, 1, 3)
         lying: list[tuple[Kind, list[str], np.ndarray]] = [
             ("line", self.lines, self.line_ends),
             ("gateway", self.gateways, self.gateway_ends),
-            ("object", list(self.map.objects), o),
+            ("object", self.objects, self.boxes[:, None, :3]),
             ("note", self.notes, self.note_places),
         ]
         found = [
@@ -162,9 +163,10 @@ def region_at(map_: RGMap, point: np.ndarray) -> str | None:
 
 def _inside(ring: tuple[tuple[float, float], ...], point: np.ndarray) -> bool:
     """Even-odd rule."""
+    for v, along in zip(point, zip(*ring, strict=True), strict=True):  # most rings lie elsewhere: no array for those
+        if not min(along) <= v <= max(along):
+            return False
     a = np.asarray(ring, float)
-    if (point < a.min(0)).any() or (point > a.max(0)).any():
-        return False
     b = np.roll(a, -1, 0)
     across = (a[:, 1] > point[1]) != (b[:, 1] > point[1])
     p, q = a[across], b[across]
@@ -197,23 +199,25 @@ def _nearest(ends: np.ndarray, pixel: np.ndarray, reach: float) -> int | None:
     return best if distance[best] <= reach else None
 
 
-def _first_box(objects: dict[str, MapObject], origin: np.ndarray, direction: np.ndarray) -> str | None:
-    """The object whose box the ray enters first."""
-    hits = [(t, i) for i, o in objects.items() if (t := _enter(o, origin, direction)) is not None]
-    return min(hits)[1] if hits else None
+def _first_box(ids: list[str], boxes: np.ndarray, origin: np.ndarray, direction: np.ndarray) -> str | None:
+    """The object whose box the ray enters first (slabs in the boxes' own axes).
 
-
-def _enter(box: MapObject, origin: np.ndarray, direction: np.ndarray) -> float | None:
-    """Distance along a ray to where it enters a box (slabs in the box's own axes); None if it misses."""
-    c, s = np.cos(box.yaw), np.sin(box.yaw)
-    turn = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
-    o, d = turn @ (origin - np.asarray(box.center)), turn @ direction
-    half = np.asarray(box.size) / 2
+    ``boxes`` (N, 7): centre and size [m], yaw [rad].
+    """
+    if not ids:
+        return None
+    c, s, half = np.cos(boxes[:, 6]), np.sin(boxes[:, 6]), boxes[:, 3:6] / 2
+    o, d = (
+        np.stack([c * v[:, 0] + s * v[:, 1], c * v[:, 1] - s * v[:, 0], v[:, 2]], 1)
+        for v in (origin - boxes[:, :3], np.broadcast_to(direction, (len(ids), 3)))
+    )
     with np.errstate(divide="ignore", invalid="ignore"):
         t = np.stack([(-half - o) / d, (half - o) / d])
-    t = np.where(np.isnan(t), np.array([[-np.inf], [np.inf]]), t)
-    near, far = t.min(0).max(), t.max(0).min()
-    return float(near) if near <= far and far >= 0 else None
+    t = np.where(np.isnan(t), np.array([-np.inf, np.inf])[:, None, None], t)
+    near, far = t.min(0).max(1), t.max(0).min(1)
+    near = np.where((near <= far) & (far >= 0), near, np.inf)
+    first = int(np.argmin(near))
+    return ids[first] if np.isfinite(near[first]) else None
 
 
 def _on_floor(ends: list) -> np.ndarray:
