@@ -271,7 +271,8 @@ def _best(fitting: list[Topic], usual: tuple[str, ...]) -> Topic:
 def _topics(bag: Any) -> list[Topic]:
     count: dict[tuple[str, str], int] = {}
     for c in bag.connections:
-        count[c.topic, c.msgtype] = count.get((c.topic, c.msgtype), 0) + c.msgcount
+        messages = c.msgcount if isinstance(c.msgcount, int) else 0  # the metadata of a damaged bag says anything
+        count[c.topic, c.msgtype] = count.get((c.topic, c.msgtype), 0) + messages
     return [Topic(name, type_, n) for (name, type_), n in sorted(count.items())]
 
 

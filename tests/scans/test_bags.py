@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -160,6 +161,15 @@ def test_a_text_that_is_no_bag_in_a_folder_of_one(tmp_path: Path) -> None:
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: 7\n")
     with pytest.raises(InputError, match="the bag cannot be read"):
         read_log(tmp_path)
+
+
+def test_metadata_that_does_not_count_the_messages_of_a_topic(tmp_path: Path) -> None:
+    folder = drive(Bag()).write(tmp_path / "a", "sqlite3")
+    metadata = folder / "metadata.yaml"
+    uncounted, lines = re.subn(r"- message_count: \d+", "- message_count: null", metadata.read_text())
+    assert lines
+    metadata.write_text(uncounted)
+    assert len(read_log(folder)) == 5
 
 
 def test_a_zero_is_a_reading_that_failed_and_no_free_way(tmp_path: Path) -> None:
