@@ -124,23 +124,20 @@ class MappingJob(Job):
         tell: Callable[[Report | Finished], None],
         topics: Topics = USUAL,
     ) -> None:
-        super().__init__(log, project, tell, _map, project, config, topics)
+        super().__init__(log, project, tell, self._does(), project, config, topics)
+
+    @staticmethod
+    def _does() -> Callable[..., None]:
+        """What the child does, called with log, project, settings, topics and its end of the pipe."""
+        return _map
 
 
-class RerunJob(Job):
+class RerunJob(MappingJob):
     """``log`` is mapped for a project that is there and stays open; the new run waits in its folder then."""
 
-    project: Path
-
-    def __init__(
-        self,
-        log: Path,
-        project: Path,
-        config: Config,
-        tell: Callable[[Report | Finished], None],
-        topics: Topics = USUAL,
-    ) -> None:
-        super().__init__(log, project, tell, _map_again, project, config, topics)
+    @staticmethod
+    def _does() -> Callable[..., None]:
+        return _map_again
 
 
 def _work(log: Path, work: Callable[..., None], args: tuple[Any, ...], pipe: Connection) -> None:

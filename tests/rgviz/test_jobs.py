@@ -33,7 +33,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return short_log(tmp_path_factory.mktemp("log") / "short.log", SCANS)
 
 
-def run(log: Path, project: Path, kind: type[MappingJob | RerunJob] = MappingJob) -> tuple[list[Report], Finished]:
+def run(log: Path, project: Path, kind: type[MappingJob] = MappingJob) -> tuple[list[Report], Finished]:
     heard: queue.Queue[Any] = queue.Queue()
     kind(log, project, Config(), heard.put)
     reports = []
