@@ -49,9 +49,9 @@ def main(folder: Path) -> None:
         assert isinstance(strokes, Drawing)
         on_map = placed(project.map.backdrops[id], strokes.strokes)
         sides = np.concatenate([np.stack([r, np.roll(r, -1, 0)], 1) for r in rooms])  # the same strokes, true places
-        a, b = int(sides[:, 0].sum(1).argmin()), int(sides[:, 0].sum(1).argmax())
-        pairs = [(tuple(on_map[k, 0]), tuple(sides[k, 0])) for k in (a, b)]
-        project.do(aligned(project.map, id, pairs), by="script")  # type: ignore[arg-type]
+        far = [sides[:, 0].sum(1).argmin(), sides[:, 0].sum(1).argmax()]
+        pairs = list(zip(on_map[far, 0].tolist(), sides[far, 0].tolist(), strict=True))
+        project.do(aligned(project.map, id, pairs), by="script")
 
         plan = project.map.backdrops[id]
         on_map = placed(plan, strokes.strokes)

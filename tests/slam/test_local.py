@@ -31,7 +31,7 @@ ON_RING = map_from(ring(), POSE, POSE + np.array([0.4, 0.0, 0.1]), POSE + np.arr
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.floats(-0.25, 0.25), st.floats(-0.25, 0.25), st.floats(-0.18, 0.18), st.floats(-0.3, 1.0))
+@given(st.floats(-0.25, 0.25), st.floats(-0.25, 0.25), st.floats(-0.2, 0.2), st.floats(-0.3, 1.0))
 def test_finds_the_pose_from_nearby(dx: float, dy: float, turn: float, further: float) -> None:
     true = POSE + np.array([further, 0.1, 0.05])
     match = register(see(ring(), true), ON_RING, true + np.array([dx, dy, turn]), np.eye(3), 0.02, 0.5)
